@@ -1,0 +1,54 @@
+//! The one error type of the library: what went wrong, and where.
+
+use std::path::{Path, PathBuf};
+
+/// What the library reports. Messages are complete sentences without a full stop; the command line adds context.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file could not be read or written.
+    #[error("{}: {source}", path.display())]
+    Io { path: PathBuf, source: std::io::Error },
+    /// A text file is malformed. `line` and `column` count from 1; column 0: the whole line.
+    #[error("{}:{line}{}: {message}", path.display(), column_suffix(*column))]
+    Parse { path: PathBuf, line: usize, column: usize, message: String },
+    /// A file is readable but what it holds cannot be used (an image, a binary format).
+    #[error("{}: {message}", path.display())]
+    File { path: PathBuf, message: String },
+    /// A scene or a setting contradicts itself.
+    #[error("{0}")]
+    Scene(String),
+    /// Embree refused a call.
+    #[error("Embree: {0}")]
+    Embree(String),
+}
+
+/// Result with the library's [`Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl Error {
+    /// For `map_err` on file operations.
+    pub fn io(path: impl AsRef<Path>) -> impl FnOnce(std::io::Error) -> Error {
+        let path = path.as_ref().to_path_buf();
+        move |source| Error::Io { path, source }
+    }
+
+    /// A fault in what a file holds, without a line.
+    pub fn file(path: impl AsRef<Path>, message: impl Into<String>) -> Error {
+        Error::File { path: path.as_ref().to_path_buf(), message: message.into() }
+    }
+
+    /// A fault in a text file; `line` and `column` count from 1, column 0 means the whole line.
+    pub fn parse(
+        path: impl AsRef<Path>,
+        line: usize,
+        column: usize,
+        message: impl Into<String>,
+    ) -> Error {
+        Error::Parse { path: path.as_ref().to_path_buf(), line, column, message: message.into() }
+    }
+}
+
+fn column_suffix(column: usize) -> String {
+    if column == 0 { String::new() } else { format!(":{column}") }
+}

@@ -1,0 +1,32 @@
+//! Triangle meshes, indexed like OBJ: positions, normals and texture coordinates each with their own indices.
+
+/// The index of "this triangle has none".
+pub const ABSENT: u32 = u32::MAX;
+
+/// A triangle mesh in world space.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    pub positions: Vec<[f32; 3]>,
+    /// Indices into `positions`, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    pub normals: Option<Attribute<[f32; 3]>>,
+    pub uvs: Option<Attribute<[f32; 2]>>,
+    /// Per triangle, an index into the scene's materials.
+    pub materials: Vec<u32>,
+}
+
+/// A vertex attribute with its own indices, one triple per triangle; `[ABSENT; 3]` where a triangle has none.
+#[derive(Clone, Debug, Default)]
+pub struct Attribute<T> {
+    pub values: Vec<T>,
+    pub indices: Vec<[u32; 3]>,
+}
+
+impl<T: Copy> Attribute<T> {
+    /// The three values at a triangle's corners.
+    #[inline]
+    pub fn corners(&self, triangle: usize) -> Option<[T; 3]> {
+        let i = self.indices[triangle];
+        (i[0] != ABSENT).then(|| i.map(|k| self.values[k as usize]))
+    }
+}

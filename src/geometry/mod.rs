@@ -1,0 +1,7 @@
+//! Shapes in space: meshes, frames, and what a ray meets.
+
+pub mod frame;
+pub mod mesh;
+
+pub use frame::Frame;
+pub use mesh::{Attribute, Mesh};

@@ -1,0 +1,83 @@
+//! Discrete distributions.
+
+/// Draws index `i` with probability `w[i]/Σw` in O(1) (Walker's alias method, Vose's construction 1991).
+#[derive(Clone, Debug)]
+pub struct AliasTable {
+    bins: Vec<Bin>,
+    pmf: Vec<f32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Bin {
+    /// Share of this bin that keeps its own index.
+    keep: f32,
+    alias: u32,
+}
+
+impl AliasTable {
+    /// `None` where no weight is positive. Weights must be finite and not negative.
+    pub fn new(weights: &[f64]) -> Option<AliasTable> {
+        debug_assert!(weights.iter().all(|w| w.is_finite() && *w >= 0.0));
+        let sum: f64 = weights.iter().sum();
+        if weights.is_empty() || sum <= 0.0 || !sum.is_finite() {
+            return None;
+        }
+        let n = weights.len();
+        let pmf: Vec<f64> = weights.iter().map(|w| w / sum).collect();
+        let mut scaled: Vec<f64> = pmf.iter().map(|p| p * n as f64).collect();
+        let mut bins = vec![Bin { keep: 1.0, alias: 0 }; n];
+        let (mut small, mut large): (Vec<usize>, Vec<usize>) =
+            (0..n).partition(|&i| scaled[i] < 1.0);
+        while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
+            small.pop();
+            bins[s] = Bin { keep: scaled[s] as f32, alias: l as u32 };
+            scaled[l] -= 1.0 - scaled[s];
+            if scaled[l] < 1.0 {
+                large.pop();
+                small.push(l);
+            }
+        }
+        for i in small.into_iter().chain(large) {
+            // Rounding leaves a few bins over; a bin without weight must still never be drawn.
+            bins[i] = if pmf[i] > 0.0 {
+                Bin { keep: 1.0, alias: i as u32 }
+            } else {
+                Bin { keep: 0.0, alias: 0 }
+            };
+            if pmf[i] == 0.0 {
+                bins[i].alias =
+                    pmf.iter().position(|&p| p > 0.0).expect("the sum is positive") as u32;
+            }
+        }
+        Some(AliasTable { bins, pmf: pmf.into_iter().map(|p| p as f32).collect() })
+    }
+
+    /// An index and what is left of `u` as a fresh uniform number in [0, 1).
+    #[inline]
+    pub fn sample(&self, u: f32) -> (usize, f32) {
+        let scaled = u * self.bins.len() as f32;
+        let i = (scaled as usize).min(self.bins.len() - 1);
+        let rest = (scaled - i as f32).clamp(0.0, super::ONE_MINUS_EPSILON);
+        let bin = self.bins[i];
+        if rest < bin.keep {
+            (i, (rest / bin.keep).min(super::ONE_MINUS_EPSILON))
+        } else {
+            (
+                bin.alias as usize,
+                ((rest - bin.keep) / (1.0 - bin.keep)).min(super::ONE_MINUS_EPSILON),
+            )
+        }
+    }
+
+    /// Probability of index `i`.
+    #[inline]
+    pub fn pmf(&self, i: usize) -> f32 {
+        self.pmf[i]
+    }
+
+    /// Number of indices.
+    #[allow(clippy::len_without_is_empty, reason = "a table is never empty")]
+    pub fn len(&self) -> usize {
+        self.bins.len()
+    }
+}

@@ -1,0 +1,19 @@
+//! Numbers: colours, warps from the unit square, random numbers, discrete distributions.
+
+pub mod alias;
+pub mod rng;
+pub mod warp;
+
+use glam::Vec3;
+
+/// Linear RGB with sRGB primaries: radiance (W/(sr·m²)), reflectance or weight.
+pub type Rgb = Vec3;
+
+/// Luminance of linear sRGB (ITU-R BT.709): what the guide learns, being one number per direction.
+#[inline]
+pub fn luminance(c: Rgb) -> f32 {
+    0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z
+}
+
+/// The largest `f32` below 1: random numbers stay in [0, 1).
+pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;

@@ -1,0 +1,117 @@
+//! Warps from the unit square to directions and disks, each with its density and, where it is used, its inverse.
+//!
+//! Directions are unit vectors in the local frame (z up); densities are per steradian unless said otherwise.
+
+use glam::{Vec2, Vec3};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
+
+/// Unit disk by Shirley & Chiu's concentric map (1997, "A Low Distortion Map Between Disk and Square"):
+/// equal areas stay equal, neighbours stay neighbours.
+#[inline]
+pub fn square_to_disk(u: [f32; 2]) -> Vec2 {
+    let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
+    if x == 0.0 && y == 0.0 {
+        return Vec2::ZERO;
+    }
+    let (r, phi) = if x * x > y * y {
+        (x, FRAC_PI_4 * (y / x))
+    } else {
+        (y, 2.0 * FRAC_PI_4 - FRAC_PI_4 * (x / y))
+    };
+    let (sin, cos) = phi.sin_cos();
+    Vec2::new(r * cos, r * sin)
+}
+
+/// The point of the unit square that [`square_to_disk`] sends to `p`; every component in [0, 1).
+#[inline]
+pub fn disk_to_square(p: Vec2) -> [f32; 2] {
+    let r = p.length();
+    let (ax, ay) = (p.x.abs(), p.y.abs());
+    // angle from the nearer axis, in [0, π/4]
+    let angle = atan_unit(if ax > ay {
+        ay / ax
+    } else if ay > 0.0 {
+        ax / ay
+    } else {
+        0.0
+    });
+    let minor = r * angle / FRAC_PI_4;
+    let (x, y) = if ax > ay {
+        (r.copysign(p.x), minor.copysign(p.y))
+    } else {
+        (minor.copysign(p.x), r.copysign(p.y))
+    };
+    let to_unit = |v: f32| (0.5 * (v + 1.0)).clamp(0.0, super::ONE_MINUS_EPSILON);
+    [to_unit(x), to_unit(y)]
+}
+
+/// atan on [0, 1] to 2·10⁻⁷ (odd minimax polynomial): the table look-ups need no more.
+#[inline]
+fn atan_unit(t: f32) -> f32 {
+    let s = t * t;
+    let p = 0.002_822_363_8;
+    let p = p * s - 0.015_956_9;
+    let p = p * s + 0.042_504_1;
+    let p = p * s - 0.074_890_02;
+    let p = p * s + 0.106_347_93;
+    let p = p * s - 0.142_027_37;
+    let p = p * s + 0.199_926_92;
+    let p = p * s - 0.333_330_97;
+    t + t * s * p
+}
+
+/// Cosine-weighted hemisphere about +z (Malley's method).
+#[inline]
+pub fn square_to_cosine_hemisphere(u: [f32; 2]) -> Vec3 {
+    let d = square_to_disk(u);
+    d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
+}
+
+/// Density of [`square_to_cosine_hemisphere`]: cosθ/π above the horizon, else 0.
+#[inline]
+pub fn square_to_cosine_hemisphere_pdf(w: Vec3) -> f32 {
+    w.z.max(0.0) * FRAC_1_PI
+}
+
+/// Uniform hemisphere about +z, equal-area and concentric: strata of the square become compact strata of
+/// equal solid angle.
+#[inline]
+pub fn square_to_uniform_hemisphere(u: [f32; 2]) -> Vec3 {
+    let d = square_to_disk(u);
+    let r2 = d.length_squared();
+    // |xy| = r√(2 − r²) and z = 1 − r² keep area: dz = 2r dr
+    (d * (2.0 - r2).max(0.0).sqrt()).extend(1.0 - r2)
+}
+
+/// Density of [`square_to_uniform_hemisphere`]: 1/2π above the horizon, else 0.
+#[inline]
+pub fn square_to_uniform_hemisphere_pdf(w: Vec3) -> f32 {
+    if w.z >= 0.0 { 0.5 * FRAC_1_PI } else { 0.0 }
+}
+
+/// Inverse of [`square_to_uniform_hemisphere`]; a direction below the horizon maps like its mirror image above.
+#[inline]
+pub fn uniform_hemisphere_to_square(w: Vec3) -> [f32; 2] {
+    let r2 = 1.0 - w.z.abs();
+    let scale = 1.0 / (2.0 - r2).max(1e-12).sqrt();
+    disk_to_square(w.truncate() * scale)
+}
+
+/// Uniform triangle: barycentric weights (of vertices 1 and 2); density 2 in that plane.
+#[inline]
+pub fn square_to_triangle(u: [f32; 2]) -> [f32; 2] {
+    let s = u[0].sqrt();
+    [1.0 - s, u[1] * s]
+}
+
+/// Uniform sphere: z and azimuth.
+#[inline]
+pub fn square_to_uniform_sphere(u: [f32; 2]) -> Vec3 {
+    let z = 1.0 - 2.0 * u[0];
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (2.0 * PI * u[1]).sin_cos();
+    Vec3::new(r * cos, r * sin, z)
+}
+
+/// Density of [`square_to_uniform_sphere`]: 1/4π.
+pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;

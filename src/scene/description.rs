@@ -1,0 +1,294 @@
+//! What a scene file says, before anything is loaded: every importer ends here, [`super::Scene`] begins here.
+
+use crate::math::Rgb;
+use glam::{Affine3A, Vec3};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// A whole scene as written. Paths are already resolved against the file that names them.
+#[derive(Clone, Debug, Default)]
+pub struct SceneDescription {
+    /// `None`: the camera is placed so that the whole scene is seen.
+    pub camera: Option<CameraDescription>,
+    pub film: FilmDescription,
+    pub meshes: Vec<MeshDescription>,
+    /// By name as in `usemtl`; they replace what the MTL says of that name.
+    pub materials: BTreeMap<String, MaterialDescription>,
+    pub lights: Vec<LightDescription>,
+    pub integrator: IntegratorSettings,
+    pub guiding: GuidingSettings,
+    pub render: RenderSettings,
+}
+
+/// A perspective camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraDescription {
+    pub origin: Vec3,
+    pub target: Vec3,
+    pub up: Vec3,
+    /// Vertical field of view in degrees, in (0, 180).
+    pub vfov: f32,
+    /// The picture is flipped left to right (scene formats with a left-handed camera).
+    pub mirrored: bool,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmDescription {
+    pub width: u32,
+    pub height: u32,
+    pub filter: Filter,
+    /// Of the PNG only: stops by which the picture is brightened.
+    pub exposure: f32,
+}
+
+impl Default for FilmDescription {
+    fn default() -> FilmDescription {
+        FilmDescription { width: 1280, height: 720, filter: Filter::Box, exposure: 0.0 }
+    }
+}
+
+/// Pixel reconstruction filters. They are importance sampled, so that a sample belongs to one pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// One pixel wide.
+    Box,
+    /// Radius one pixel.
+    Tent,
+    /// Truncated at the radius 1.5 pixels, standard deviation 0.5 pixels.
+    Gaussian,
+}
+
+/// A file of triangles and where it stands.
+#[derive(Clone, Debug)]
+pub struct MeshDescription {
+    pub path: PathBuf,
+    pub transform: Affine3A,
+    /// Replaces every material of the file.
+    pub material: Option<String>,
+}
+
+/// A surface material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialDescription {
+    pub bsdf: BsdfDescription,
+    /// Scatters alike on both sides; else the back of an opaque material is black.
+    pub two_sided: bool,
+    /// Share of light that is stopped; the rest passes straight through.
+    pub opacity: Option<ScalarTexture>,
+    /// Radiance (W/(sr·m²)) leaving the side of the face's winding.
+    pub emission: Rgb,
+    /// Both sides emit.
+    pub emission_two_sided: bool,
+}
+
+impl Default for MaterialDescription {
+    fn default() -> MaterialDescription {
+        MaterialDescription {
+            bsdf: BsdfDescription::Diffuse { reflectance: ColorTexture::Constant(Rgb::splat(0.5)) },
+            two_sided: true,
+            opacity: None,
+            emission: Rgb::ZERO,
+            emission_two_sided: false,
+        }
+    }
+}
+
+/// The kinds of scattering. `alpha` is the roughness of the microfacet distribution; 0 is smooth.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BsdfDescription {
+    Diffuse {
+        reflectance: ColorTexture,
+    },
+    /// Two Lambertian lobes, one on each side.
+    DiffuseTransmitter {
+        reflectance: ColorTexture,
+        transmittance: ColorTexture,
+    },
+    /// Metal: complex index of refraction `eta` + i`k`; `None` reflects all (a perfect mirror for `alpha` 0).
+    Conductor {
+        eta_k: Option<(Rgb, Rgb)>,
+        specular_reflectance: ColorTexture,
+        alpha: f32,
+        distribution: MicrofacetDistribution,
+    },
+    /// Glass and water. `thin`: a pane whose two sides are one surface, so rays pass without bending.
+    Dielectric {
+        int_ior: f32,
+        ext_ior: f32,
+        specular_reflectance: Rgb,
+        specular_transmittance: Rgb,
+        alpha: f32,
+        distribution: MicrofacetDistribution,
+        thin: bool,
+    },
+    /// A diffuse base under a dielectric coat.
+    Plastic {
+        reflectance: ColorTexture,
+        specular_reflectance: Rgb,
+        int_ior: f32,
+        ext_ior: f32,
+        alpha: f32,
+        distribution: MicrofacetDistribution,
+        /// Colour shifts by internal scattering are taken into account.
+        nonlinear: bool,
+    },
+    /// Disney's principled model (Burley 2012), opaque, isotropic: diffuse, metallic and clear-coat lobes.
+    Principled {
+        base_color: ColorTexture,
+        metallic: f32,
+        roughness: f32,
+        specular: f32,
+        spec_tint: f32,
+        clearcoat: f32,
+        clearcoat_gloss: f32,
+        sheen: f32,
+        sheen_tint: f32,
+    },
+    /// Lets everything through.
+    Null,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum MicrofacetDistribution {
+    #[default]
+    Ggx,
+    Beckmann,
+}
+
+/// A colour, constant or from a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ColorTexture {
+    Constant(Rgb),
+    Image(ImageTexture),
+}
+
+/// A number, constant or from a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ScalarTexture {
+    Constant(f32),
+    /// The alpha channel where the picture has one, else its luminance as stored (not decoded from sRGB).
+    Image(ImageTexture),
+}
+
+/// A picture on a surface. v points up: (0, 0) is the lower left corner. Outside of [0, 1) it repeats.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageTexture {
+    pub path: PathBuf,
+    /// Multiplies (u, v) first.
+    pub scale: [f32; 2],
+    /// Then added.
+    pub offset: [f32; 2],
+    /// Nearest texel instead of bilinear.
+    pub nearest: bool,
+    /// Multiplies the picture.
+    pub tint: Rgb,
+}
+
+/// Lights that are not surfaces.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightDescription {
+    /// Lat-long picture (EXR, linear): u = atan2(x, −z)/2π, v = acos(y)/π, row 0 is +y, in the light's own frame.
+    Environment { path: PathBuf, scale: Rgb, to_world: Affine3A },
+    /// The same radiance from everywhere.
+    Constant { radiance: Rgb },
+    /// `intensity` in W/sr.
+    Point { position: Vec3, intensity: Rgb },
+    /// Light travels along `direction`; `irradiance` in W/m² on a surface that faces it.
+    Directional { direction: Vec3, irradiance: Rgb },
+}
+
+/// How paths are built.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IntegratorSettings {
+    /// Path segments from the camera, at most: 1 sees emitters only, 2 direct light.
+    pub max_depth: u32,
+    /// Next-event estimation: every vertex looks at a light ("path reuse" in the paper).
+    pub next_event: bool,
+    /// Emitters that are hit count by the power heuristic; without it only what next-event estimation cannot reach counts.
+    pub mis: bool,
+    pub roulette: Roulette,
+    /// Segments before roulette may end a path.
+    pub rr_depth: u32,
+}
+
+impl Default for IntegratorSettings {
+    fn default() -> IntegratorSettings {
+        IntegratorSettings {
+            max_depth: 16,
+            next_event: true,
+            mis: true,
+            roulette: Roulette::Throughput,
+            rr_depth: 5,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Roulette {
+    None,
+    /// By what scattering alone would leave of the path's throughput, so that a guide's choices do not end its paths.
+    Throughput,
+}
+
+/// The guide: what is learnt, where, and how it is used.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GuidingSettings {
+    pub method: GuidingMethod,
+    /// Cells along the longest side of the scene.
+    pub resolution: u32,
+    /// Quantised facing normals are part of a cell's key.
+    pub normals: bool,
+    /// Strata of the hemisphere along each side of its square: K = strata².
+    pub strata: u32,
+    /// Share of directions drawn from the BSDF, in [0, 1]. Below 1 and above 0 the mixture is defensive.
+    pub bsdf_fraction: f32,
+    /// Bytes that tables and counts may take; beyond it no state is added.
+    pub memory: u64,
+}
+
+impl Default for GuidingSettings {
+    fn default() -> GuidingSettings {
+        GuidingSettings {
+            method: GuidingMethod::Grid,
+            resolution: 32,
+            normals: true,
+            strata: 12,
+            bsdf_fraction: 0.3,
+            memory: 256 << 20,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GuidingMethod {
+    None,
+    Grid,
+}
+
+/// How long, from which numbers, and what becomes of the iterations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Samples per pixel over all iterations.
+    pub spp: u32,
+    /// Seconds after loading; rendering stops at whichever of `spp` and `time` comes first.
+    pub time: Option<f64>,
+    pub seed: u64,
+    pub combine: Combine,
+}
+
+impl Default for RenderSettings {
+    fn default() -> RenderSettings {
+        RenderSettings { spp: 64, time: None, seed: 0, combine: Combine::InverseVariance }
+    }
+}
+
+/// What becomes of the iterations' pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Combine {
+    /// Only the last counts (the paper).
+    Last,
+    /// All samples count alike.
+    All,
+    /// Each picture is weighted by the inverse of its estimated variance (Müller et al. 2017).
+    InverseVariance,
+}

@@ -1,0 +1,3 @@
+//! From files to an immutable scene.
+
+pub mod description;
