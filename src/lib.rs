@@ -1,6 +1,7 @@
 //! Phototaxis: a path tracer on Embree that learns where the light is while it renders.
 
 pub mod bsdf;
+pub mod embree;
 pub mod error;
 pub mod film;
 pub mod geometry;

@@ -1,0 +1,111 @@
+//! Batches of rays, held in the very packets that Embree reads: nothing is transposed before a call.
+
+use super::packet::{Hit, HitPacket, Packet16, Ray, Shadow16, ShadowPacket};
+use super::scene::{Coherence, Scene};
+
+/// Any number of rays that ask for their closest hit. Cleared and refilled wave by wave; memory is kept.
+pub struct HitBatch<P: HitPacket = Packet16> {
+    packets: Vec<P>,
+    len: usize,
+}
+
+impl<P: HitPacket> HitBatch<P> {
+    pub fn with_capacity(rays: usize) -> Self {
+        HitBatch { packets: Vec::with_capacity(rays.div_ceil(P::WIDTH)), len: 0 }
+    }
+
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    #[inline]
+    pub fn push(&mut self, ray: &Ray) {
+        let (packet, lane) = (self.len / P::WIDTH, self.len % P::WIDTH);
+        if packet == self.packets.len() {
+            self.packets.push(P::empty());
+        }
+        self.packets[packet].set(lane, ray);
+        self.len += 1;
+    }
+
+    /// Ray `i` as pushed; after [`HitBatch::trace`] its `tfar` is the distance of the hit.
+    #[inline]
+    pub fn ray(&self, i: usize) -> Ray {
+        debug_assert!(i < self.len);
+        self.packets[i / P::WIDTH].ray(i % P::WIDTH)
+    }
+
+    /// What ray `i` met in the last [`HitBatch::trace`].
+    #[inline]
+    pub fn hit(&self, i: usize) -> Option<Hit> {
+        debug_assert!(i < self.len);
+        self.packets[i / P::WIDTH].hit(i % P::WIDTH)
+    }
+
+    /// Finds all closest hits.
+    pub fn trace(&mut self, scene: &Scene, coherence: Coherence) {
+        for (k, packet) in self.packets[..self.len.div_ceil(P::WIDTH)].iter_mut().enumerate() {
+            packet.trace(scene, P::WIDTH.min(self.len - k * P::WIDTH), coherence);
+        }
+    }
+}
+
+/// Any number of shadow rays.
+pub struct ShadowBatch<P: ShadowPacket = Shadow16> {
+    packets: Vec<P>,
+    len: usize,
+}
+
+impl<P: ShadowPacket> ShadowBatch<P> {
+    pub fn with_capacity(rays: usize) -> Self {
+        ShadowBatch { packets: Vec::with_capacity(rays.div_ceil(P::WIDTH)), len: 0 }
+    }
+
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    #[inline]
+    pub fn push(&mut self, ray: &Ray) {
+        let (packet, lane) = (self.len / P::WIDTH, self.len % P::WIDTH);
+        if packet == self.packets.len() {
+            self.packets.push(P::empty());
+        }
+        self.packets[packet].set(lane, ray);
+        self.len += 1;
+    }
+
+    /// Whether something lay on ray `i` in the last [`ShadowBatch::trace`].
+    #[inline]
+    pub fn occluded(&self, i: usize) -> bool {
+        debug_assert!(i < self.len);
+        self.packets[i / P::WIDTH].occluded(i % P::WIDTH)
+    }
+
+    /// Answers all rays.
+    pub fn trace(&mut self, scene: &Scene, coherence: Coherence) {
+        for (k, packet) in self.packets[..self.len.div_ceil(P::WIDTH)].iter_mut().enumerate() {
+            packet.trace(scene, P::WIDTH.min(self.len - k * P::WIDTH), coherence);
+        }
+    }
+}

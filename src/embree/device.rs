@@ -1,0 +1,129 @@
+//! Embree's device: errors and memory.
+
+use super::sys;
+use crate::{Error, Result};
+use std::ffi::{CString, c_void};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+
+/// An Embree device. It is created once, and shared by what is made from it.
+pub struct Device {
+    handle: sys::RTCDevice,
+    /// Bytes that Embree holds; boxed, as Embree keeps its address.
+    memory: Box<AtomicI64>,
+}
+
+// SAFETY: Embree's device functions may be called from any thread (manual, "Thread safety"); the handle is
+// released once, by the last owner.
+unsafe impl Send for Device {}
+// SAFETY: as above.
+unsafe impl Sync for Device {}
+
+impl Device {
+    /// A device whose builds use at most `threads` threads (0: all of the machine's).
+    ///
+    /// # Errors
+    /// Where Embree refuses, or where the library is of another minor version than the headers it was built with.
+    pub fn new(threads: usize) -> Result<Arc<Device>> {
+        let config = CString::new(format!("threads={threads}")).expect("digits hold no NUL");
+        // SAFETY: the string is NUL-terminated and only read during the call.
+        let handle = unsafe { sys::rtcNewDevice(config.as_ptr()) };
+        if handle.is_null() {
+            // SAFETY: a null device asks for the thread's own error.
+            let code = unsafe { sys::rtcGetDeviceError(handle) };
+            return Err(Error::Embree(format!("no device could be made: {}", describe(code))));
+        }
+        let device = Device { handle, memory: Box::new(AtomicI64::new(0)) };
+        device.check_version()?;
+        let counter: *const AtomicI64 = &*device.memory;
+        // SAFETY: the counter is boxed and dropped after the device has been released (see `drop`).
+        unsafe {
+            sys::rtcSetDeviceMemoryMonitorFunction(
+                handle,
+                Some(count_memory),
+                counter.cast_mut().cast(),
+            )
+        };
+        Ok(Arc::new(device))
+    }
+
+    /// Version of the library that runs, as major·10000 + minor·100 + patch.
+    pub fn version(&self) -> u32 {
+        // SAFETY: the handle is live.
+        unsafe { sys::rtcGetDeviceProperty(self.handle, sys::RTC_DEVICE_PROPERTY_VERSION) as u32 }
+    }
+
+    /// Whether the machine runs 16-wide packets natively.
+    pub fn native_ray16(&self) -> bool {
+        // SAFETY: the handle is live.
+        unsafe {
+            sys::rtcGetDeviceProperty(self.handle, sys::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)
+                != 0
+        }
+    }
+
+    /// Bytes that Embree holds for this device now.
+    pub fn memory(&self) -> u64 {
+        self.memory.load(Ordering::Relaxed).max(0) as u64
+    }
+
+    pub(super) fn handle(&self) -> sys::RTCDevice {
+        self.handle
+    }
+
+    /// The error that the calling thread's last Embree call left, if any.
+    pub(super) fn check(&self, doing: &str) -> Result<()> {
+        // SAFETY: the handle is live.
+        match unsafe { sys::rtcGetDeviceError(self.handle) } {
+            sys::RTC_ERROR_NONE => Ok(()),
+            code => Err(Error::Embree(format!("{doing}: {}", describe(code)))),
+        }
+    }
+
+    /// Struct layouts changed between minor versions (4.3 added a field to the hit), so headers and library must agree.
+    fn check_version(&self) -> Result<()> {
+        let (library, headers) = (self.version(), sys::RTC_VERSION);
+        // 4.3 and 4.4 have the same layout for what is used here.
+        let layout = |version: u32| match version / 100 {
+            404 => 403,
+            other => other,
+        };
+        if layout(library) == layout(headers) {
+            return Ok(());
+        }
+        Err(Error::Embree(format!(
+            "the library is version {library}, but Phototaxis was built with the headers of {headers}: build it again"
+        )))
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // SAFETY: this is the only owner of the reference that rtcNewDevice gave; scenes hold an `Arc` of
+        // this struct and so have gone before. The monitor is unset first, so the counter is not used after.
+        unsafe {
+            sys::rtcSetDeviceMemoryMonitorFunction(self.handle, None, std::ptr::null_mut());
+            sys::rtcReleaseDevice(self.handle);
+        }
+    }
+}
+
+/// # Safety
+/// Called by Embree with the pointer that `Device::new` registered.
+unsafe extern "C" fn count_memory(counter: *mut c_void, bytes: isize, _post: bool) -> bool {
+    // SAFETY: the counter outlives the registration (`Device::drop`).
+    let counter = unsafe { &*counter.cast::<AtomicI64>() };
+    counter.fetch_add(bytes as i64, Ordering::Relaxed);
+    true
+}
+
+fn describe(code: sys::RTCError) -> String {
+    match code {
+        sys::RTC_ERROR_INVALID_ARGUMENT => "invalid argument".into(),
+        sys::RTC_ERROR_INVALID_OPERATION => "invalid operation".into(),
+        sys::RTC_ERROR_OUT_OF_MEMORY => "out of memory".into(),
+        sys::RTC_ERROR_UNSUPPORTED_CPU => "this processor is not supported (SSE2 at least)".into(),
+        sys::RTC_ERROR_CANCELLED => "cancelled".into(),
+        code => format!("error {code}"),
+    }
+}

@@ -1,0 +1,31 @@
+//! Embree behind a safe wrapper: the only `unsafe` code of the crate.
+//!
+//! It knows triangles and ids, never materials: what a hit means is the caller's business. One source serves
+//! Embree 3.13 and 4 (`compat`); the declarations are made by the build script from the installed headers, so
+//! the struct layouts are always those of the library that is linked.
+#![allow(
+    unsafe_code,
+    reason = "the foreign function interface to Embree lives here, and nowhere else"
+)]
+
+mod batch;
+mod compat;
+mod device;
+mod geometry;
+mod packet;
+mod scene;
+#[cfg(test)]
+mod tests;
+
+/// Embree's C API as bindgen sees it.
+#[allow(non_camel_case_types, non_snake_case, non_upper_case_globals, dead_code, missing_docs)]
+#[allow(clippy::all, clippy::undocumented_unsafe_blocks, reason = "generated code")]
+mod sys {
+    include!(concat!(env!("OUT_DIR"), "/embree.rs"));
+}
+
+pub use batch::{HitBatch, ShadowBatch};
+pub use device::Device;
+pub use geometry::{Instance, OpacityTest};
+pub use packet::{Hit, HitPacket, Packet8, Packet16, Ray, Shadow8, Shadow16, ShadowPacket};
+pub use scene::{Coherence, Scene, SceneBuilder};

@@ -1,0 +1,225 @@
+//! Rays, hits, and the packets in which Embree takes them.
+
+use super::compat::{self, Query};
+use super::sys;
+use glam::Vec3;
+
+/// A ray from `org` along the unit direction `dir`, for 0 < t < `tfar`.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    pub org: Vec3,
+    pub dir: Vec3,
+    pub tfar: f32,
+}
+
+/// Where a ray met a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    pub t: f32,
+    /// Barycentric weights of the triangle's second and third corner.
+    pub u: f32,
+    pub v: f32,
+    /// Geometric normal by the triangle's winding; not normalised, in the geometry's own space.
+    pub ng: Vec3,
+    pub primitive: u32,
+    /// As returned when the mesh was added to its scene.
+    pub geometry: u32,
+    /// As returned when the instance was added; `u32::MAX` where the mesh belongs to the scene itself.
+    pub instance: u32,
+}
+
+/// One lane mask for any width: Embree 3 reads it with 64-byte loads, and crashes where it is not aligned for them.
+#[repr(C, align(64))]
+pub(super) struct Valid([i32; 16]);
+
+impl Valid {
+    /// The first `n` lanes are active.
+    pub fn first(n: usize) -> Valid {
+        Valid(std::array::from_fn(|lane| if lane < n { -1 } else { 0 }))
+    }
+}
+
+mod private {
+    pub trait Sealed {}
+}
+
+/// A packet of rays for closest hits.
+pub trait HitPacket: Copy + private::Sealed {
+    const WIDTH: usize;
+    #[doc(hidden)]
+    fn empty() -> Self;
+    #[doc(hidden)]
+    fn set(&mut self, lane: usize, ray: &Ray);
+    #[doc(hidden)]
+    fn ray(&self, lane: usize) -> Ray;
+    #[doc(hidden)]
+    fn hit(&self, lane: usize) -> Option<Hit>;
+    #[doc(hidden)]
+    fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence);
+}
+
+/// A packet of rays that only ask whether something is in the way.
+pub trait ShadowPacket: Copy + private::Sealed {
+    const WIDTH: usize;
+    #[doc(hidden)]
+    fn empty() -> Self;
+    #[doc(hidden)]
+    fn set(&mut self, lane: usize, ray: &Ray);
+    #[doc(hidden)]
+    fn occluded(&self, lane: usize) -> bool;
+    #[doc(hidden)]
+    fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence);
+}
+
+macro_rules! packets {
+    ($hit_name:ident, $shadow_name:ident, $width:literal, $rayhit:ident, $ray:ident, $store:ident, $intersect:ident, $occluded:ident) => {
+        #[doc = concat!($width, " rays for closest hits.")]
+        #[derive(Clone, Copy)]
+        #[repr(transparent)]
+        pub struct $hit_name(sys::$rayhit);
+
+        #[doc = concat!($width, " shadow rays.")]
+        #[derive(Clone, Copy)]
+        #[repr(transparent)]
+        pub struct $shadow_name(sys::$ray);
+
+        impl private::Sealed for $hit_name {}
+        impl private::Sealed for $shadow_name {}
+
+        #[inline(always)]
+        fn $store(packet: &mut sys::$ray, lane: usize, ray: &Ray) {
+            packet.org_x[lane] = ray.org.x;
+            packet.org_y[lane] = ray.org.y;
+            packet.org_z[lane] = ray.org.z;
+            packet.dir_x[lane] = ray.dir.x;
+            packet.dir_y[lane] = ray.dir.y;
+            packet.dir_z[lane] = ray.dir.z;
+            packet.tnear[lane] = 0.0;
+            packet.tfar[lane] = ray.tfar;
+            packet.time[lane] = 0.0;
+            packet.mask[lane] = u32::MAX;
+            packet.flags[lane] = 0;
+        }
+
+        impl HitPacket for $hit_name {
+            const WIDTH: usize = $width;
+
+            fn empty() -> Self {
+                $hit_name(Default::default())
+            }
+
+            #[inline(always)]
+            fn set(&mut self, lane: usize, ray: &Ray) {
+                $store(&mut self.0.ray, lane, ray);
+                // what an earlier wave left there must not look like a hit
+                self.0.hit.geomID[lane] = u32::MAX;
+                self.0.hit.instID[0][lane] = u32::MAX;
+            }
+
+            #[inline(always)]
+            fn ray(&self, lane: usize) -> Ray {
+                let r = &self.0.ray;
+                Ray {
+                    org: Vec3::new(r.org_x[lane], r.org_y[lane], r.org_z[lane]),
+                    dir: Vec3::new(r.dir_x[lane], r.dir_y[lane], r.dir_z[lane]),
+                    tfar: r.tfar[lane],
+                }
+            }
+
+            #[inline(always)]
+            fn hit(&self, lane: usize) -> Option<Hit> {
+                let h = &self.0.hit;
+                (h.geomID[lane] != u32::MAX).then(|| Hit {
+                    t: self.0.ray.tfar[lane],
+                    u: h.u[lane],
+                    v: h.v[lane],
+                    ng: Vec3::new(h.Ng_x[lane], h.Ng_y[lane], h.Ng_z[lane]),
+                    primitive: h.primID[lane],
+                    geometry: h.geomID[lane],
+                    instance: h.instID[0][lane],
+                })
+            }
+
+            fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence) {
+                let (valid, mut query) = (Valid::first(lanes), Query::new(coherence));
+                // SAFETY: a `Scene` is committed and alive; both types carry Embree's alignment, and the mask has
+                // 16 elements, as many as the widest packet.
+                unsafe {
+                    compat::$intersect(valid.0.as_ptr(), scene.handle(), &mut query, &mut self.0)
+                }
+            }
+        }
+
+        impl ShadowPacket for $shadow_name {
+            const WIDTH: usize = $width;
+
+            fn empty() -> Self {
+                $shadow_name(Default::default())
+            }
+
+            #[inline(always)]
+            fn set(&mut self, lane: usize, ray: &Ray) {
+                $store(&mut self.0, lane, ray);
+            }
+
+            #[inline(always)]
+            fn occluded(&self, lane: usize) -> bool {
+                self.0.tfar[lane] == f32::NEG_INFINITY
+            }
+
+            fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence) {
+                let (valid, mut query) = (Valid::first(lanes), Query::new(coherence));
+                // SAFETY: as in `HitPacket::trace`.
+                unsafe {
+                    compat::$occluded(valid.0.as_ptr(), scene.handle(), &mut query, &mut self.0)
+                }
+            }
+        }
+    };
+}
+
+packets!(Packet8, Shadow8, 8, RTCRayHit8, RTCRay8, store8, intersect8, occluded8);
+packets!(Packet16, Shadow16, 16, RTCRayHit16, RTCRay16, store16, intersect16, occluded16);
+
+/// Closest hit of a single ray.
+pub(super) fn intersect_one(scene: &super::Scene, ray: &Ray) -> Option<Hit> {
+    let mut packet = sys::RTCRayHit { ray: single(ray), ..Default::default() };
+    packet.hit.geomID = u32::MAX;
+    packet.hit.instID[0] = u32::MAX;
+    let mut query = Query::new(super::Coherence::Incoherent);
+    // SAFETY: a `Scene` is committed and alive; the struct is bindgen's own and so aligned.
+    unsafe { compat::intersect1(scene.handle(), &mut query, &mut packet) };
+    let h = &packet.hit;
+    (h.geomID != u32::MAX).then(|| Hit {
+        t: packet.ray.tfar,
+        u: h.u,
+        v: h.v,
+        ng: Vec3::new(h.Ng_x, h.Ng_y, h.Ng_z),
+        primitive: h.primID,
+        geometry: h.geomID,
+        instance: h.instID[0],
+    })
+}
+
+/// Whether anything lies on a single ray.
+pub(super) fn occluded_one(scene: &super::Scene, ray: &Ray) -> bool {
+    let mut packet = single(ray);
+    let mut query = Query::new(super::Coherence::Incoherent);
+    // SAFETY: as in `intersect_one`.
+    unsafe { compat::occluded1(scene.handle(), &mut query, &mut packet) };
+    packet.tfar == f32::NEG_INFINITY
+}
+
+fn single(ray: &Ray) -> sys::RTCRay {
+    sys::RTCRay {
+        org_x: ray.org.x,
+        org_y: ray.org.y,
+        org_z: ray.org.z,
+        dir_x: ray.dir.x,
+        dir_y: ray.dir.y,
+        dir_z: ray.dir.z,
+        tfar: ray.tfar,
+        mask: u32::MAX,
+        ..Default::default()
+    }
+}

@@ -1,0 +1,179 @@
+use super::*;
+use crate::geometry::Mesh;
+use crate::math::{rng::Rng, warp};
+use glam::{Affine3A, Vec3};
+use std::sync::Arc;
+
+/// A bumpy closed surface: `n`² quads over the sphere, enough for hits at all angles.
+fn bumpy_ball(n: u32) -> Arc<Mesh> {
+    let mut mesh = Mesh::default();
+    for i in 0..=n {
+        for j in 0..=n {
+            let (theta, phi) = (i as f32 / n as f32 * 3.14159, j as f32 / n as f32 * 6.28318);
+            let r = 1.0 + 0.1 * (7.0 * theta).sin() * (5.0 * phi).cos();
+            mesh.positions.push([
+                r * theta.sin() * phi.cos(),
+                r * theta.cos(),
+                r * theta.sin() * phi.sin(),
+            ]);
+        }
+    }
+    for i in 0..n {
+        for j in 0..n {
+            let a = i * (n + 1) + j;
+            mesh.triangles.push([a, a + 1, a + n + 1]);
+            mesh.triangles.push([a + 1, a + n + 2, a + n + 1]);
+        }
+    }
+    mesh.positions.reserve(1);
+    Arc::new(mesh)
+}
+
+fn ball_scene() -> Scene {
+    let mut builder = SceneBuilder::new(&Device::new(1).unwrap(), false).unwrap();
+    builder.add_mesh(bumpy_ball(64), None).unwrap();
+    builder.commit().unwrap()
+}
+
+fn random_rays(n: usize) -> Vec<Ray> {
+    let mut rng = Rng::new(7);
+    let mut point = || warp::square_to_uniform_sphere(rng.f32x2());
+    (0..n)
+        .map(|_| {
+            let (org, aim) = (point() * 3.0, point() * 1.2);
+            Ray { org, dir: (aim - org).normalize(), tfar: f32::INFINITY }
+        })
+        .collect()
+}
+
+fn batch_agrees<P: HitPacket, S: ShadowPacket>(coherence: Coherence) {
+    let (scene, rays) = (ball_scene(), random_rays(1003));
+    let (mut hits, mut shadows) =
+        (HitBatch::<P>::with_capacity(8), ShadowBatch::<S>::with_capacity(8));
+    // a first, longer wave leaves stale lanes behind
+    rays.iter().chain(&rays).for_each(|ray| hits.push(ray));
+    hits.trace(&scene, coherence);
+    hits.clear();
+    for ray in &rays {
+        hits.push(ray);
+        shadows.push(ray);
+    }
+    hits.trace(&scene, coherence);
+    shadows.trace(&scene, coherence);
+    let found = (0..rays.len()).filter(|&i| hits.hit(i).is_some()).count();
+    assert!((300..1000).contains(&found), "{found} hits: the rays do not test much");
+    for (i, ray) in rays.iter().enumerate() {
+        let (one, many) = (scene.intersect(ray), hits.hit(i));
+        assert_eq!(
+            one.map(|h| (h.primitive, h.geometry)),
+            many.map(|h| (h.primitive, h.geometry)),
+            "ray {i}"
+        );
+        assert_eq!(one.is_some(), shadows.occluded(i), "shadow ray {i}");
+        assert_eq!(one.is_some(), scene.occluded(ray));
+    }
+}
+
+#[test]
+fn every_packet_width_finds_what_single_rays_find() {
+    batch_agrees::<Packet8, Shadow8>(Coherence::Incoherent);
+    batch_agrees::<Packet16, Shadow16>(Coherence::Incoherent);
+    batch_agrees::<Packet16, Shadow16>(Coherence::Coherent);
+}
+
+#[test]
+fn hits_lie_on_the_triangle_they_name() {
+    let (scene, mesh) = (ball_scene(), bumpy_ball(64));
+    for ray in random_rays(1000) {
+        let Some(hit) = scene.intersect(&ray) else { continue };
+        let [a, b, c] =
+            mesh.triangles[hit.primitive as usize].map(|i| Vec3::from(mesh.positions[i as usize]));
+        let on_triangle = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+        assert!((on_triangle - (ray.org + ray.dir * hit.t)).length() < 1e-5);
+        assert!(
+            hit.ng.normalize().dot((b - a).cross(c - a).normalize()) > 0.999,
+            "the normal follows the winding"
+        );
+    }
+}
+
+#[test]
+fn a_see_through_mesh_lets_rays_pass_where_its_test_says() {
+    struct LeftHalf;
+    impl OpacityTest for LeftHalf {
+        fn passes(&self, _: u32, u: f32, _: f32) -> bool {
+            u < 0.5
+        }
+    }
+    let mut mesh =
+        Mesh { positions: vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], ..Mesh::default() };
+    mesh.triangles.push([0, 1, 2]);
+    mesh.positions.reserve(1);
+    let mut builder = SceneBuilder::new(&Device::new(1).unwrap(), false).unwrap();
+    builder.add_mesh(Arc::new(mesh), Some(Box::new(LeftHalf))).unwrap();
+    let scene = builder.commit().unwrap();
+    let (mut hits, mut shadows) =
+        (HitBatch::<Packet16>::with_capacity(16), ShadowBatch::<Shadow16>::with_capacity(16));
+    let ray = |x: f32| Ray { org: Vec3::new(x, 0.1, 1.0), dir: Vec3::NEG_Z, tfar: 10.0 };
+    for i in 0..16 {
+        hits.push(&ray(i as f32 / 20.0 + 0.01));
+        shadows.push(&ray(i as f32 / 20.0 + 0.01));
+    }
+    hits.trace(&scene, Coherence::Incoherent);
+    shadows.trace(&scene, Coherence::Incoherent);
+    for i in 0..16 {
+        let solid = i as f32 / 20.0 + 0.01 >= 0.5;
+        assert_eq!((hits.hit(i).is_some(), shadows.occluded(i)), (solid, solid), "ray {i}");
+    }
+    assert!(scene.intersect(&ray(0.2)).is_none() && scene.occluded(&ray(0.6)));
+}
+
+#[test]
+fn instances_share_a_mesh_and_are_told_apart() {
+    let device = Device::new(1).unwrap();
+    let mut inner = SceneBuilder::new(&device, false).unwrap();
+    inner.add_mesh(bumpy_ball(16), None).unwrap();
+    let inner = Arc::new(inner.commit().unwrap());
+    let mut outer = SceneBuilder::new(&device, false).unwrap();
+    let place = |x: f32| Instance {
+        scene: inner.clone(),
+        to_world: Affine3A::from_translation(Vec3::X * x),
+    };
+    let ids = [-3.0, 3.0].map(|x| outer.add_instance(place(x)).unwrap());
+    let scene = outer.commit().unwrap();
+    for (x, id) in [-3.0, 3.0].into_iter().zip(ids) {
+        let ray = Ray { org: Vec3::new(x, 0.1, 5.0), dir: Vec3::NEG_Z, tfar: f32::INFINITY };
+        assert_eq!(scene.intersect(&ray).map(|hit| (hit.instance, hit.geometry)), Some((id, 0)));
+    }
+}
+
+#[test]
+fn all_memory_is_given_back() {
+    let device = Device::new(1).unwrap();
+    let mut builder = SceneBuilder::new(&device, false).unwrap();
+    builder.add_mesh(bumpy_ball(64), None).unwrap();
+    let scene = builder.commit().unwrap();
+    assert!(device.memory() > 100_000, "{} bytes", device.memory());
+    drop(scene);
+    assert_eq!(device.memory(), 0);
+}
+
+#[test]
+fn a_mesh_that_would_be_read_out_of_bounds_is_refused() {
+    let mut mesh =
+        Mesh { positions: Vec::with_capacity(4), triangles: vec![[0, 1, 3]], ..Mesh::default() };
+    mesh.positions.extend([[0.0; 3]; 3]);
+    let device = Device::new(1).unwrap();
+    let mut builder = SceneBuilder::new(&device, false).unwrap();
+    assert!(builder.add_mesh(Arc::new(mesh.clone()), None).is_err(), "index out of range");
+    mesh.triangles[0][2] = 2;
+    mesh.positions.shrink_to_fit();
+    assert!(builder.add_mesh(Arc::new(mesh), None).is_err(), "no room behind the last vertex");
+}
+
+#[test]
+fn an_empty_scene_has_no_bounds_and_no_hits() {
+    let scene = SceneBuilder::new(&Device::new(1).unwrap(), true).unwrap().commit().unwrap();
+    assert!(scene.bounds().is_none());
+    assert!(scene.intersect(&Ray { org: Vec3::ZERO, dir: Vec3::X, tfar: f32::INFINITY }).is_none());
+}
