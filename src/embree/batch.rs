@@ -38,6 +38,18 @@ impl<P: HitPacket> HitBatch<P> {
         self.len += 1;
     }
 
+    /// Replaces ray `i`; its hit is gone.
+    #[inline]
+    pub fn set(&mut self, i: usize, ray: &Ray) {
+        debug_assert!(i < self.len);
+        self.packets[i / P::WIDTH].set(i % P::WIDTH, ray);
+    }
+
+    /// Keeps the first `len` rays.
+    pub fn truncate(&mut self, len: usize) {
+        self.len = self.len.min(len);
+    }
+
     /// Ray `i` as pushed; after [`HitBatch::trace`] its `tfar` is the distance of the hit.
     #[inline]
     pub fn ray(&self, i: usize) -> Ray {

@@ -1,7 +1,9 @@
 //! Shapes in space: meshes, frames, and what a ray meets.
 
 pub mod frame;
+pub mod interaction;
 pub mod mesh;
 
 pub use frame::Frame;
+pub use interaction::SurfaceInteraction;
 pub use mesh::{Attribute, Mesh};

@@ -242,6 +242,10 @@ pub struct GuidingSettings {
     pub strata: u32,
     /// Share of directions drawn from the BSDF, in [0, 1]. Below 1 and above 0 the mixture is defensive.
     pub bsdf_fraction: f32,
+    /// λ of the return that is learnt, in [0, 1]: 0 is expected SARSA, 1 the whole path's Monte Carlo return.
+    pub lambda: f32,
+    /// Share of the weight that earlier visits keep when an iteration ends; 1 is the vanishing rate 1/n.
+    pub retain: f32,
     /// Bytes that tables and counts may take; beyond it no state is added.
     pub memory: u64,
 }
@@ -254,6 +258,8 @@ impl Default for GuidingSettings {
             normals: true,
             strata: 12,
             bsdf_fraction: 0.3,
+            lambda: 0.0,
+            retain: 0.5,
             memory: 256 << 20,
         }
     }

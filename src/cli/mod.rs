@@ -1,0 +1,53 @@
+//! The command line: one file per subcommand. All printing and all exit codes live here.
+//!
+//! Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C (with the picture so far written).
+
+mod bench;
+mod error;
+mod generate;
+mod output;
+mod progress;
+mod render;
+mod report;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// A path tracer on Embree that learns where the light is while it renders.
+#[derive(Parser)]
+#[command(name = "phototaxis", version, about, max_term_width = 110)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a scene file (.toml, .json) or a bare model (.obj).
+    Render(render::RenderArguments),
+    /// Print how far a picture is from a reference: MSE, relMSE (all and trimmed), MAPE, SMAPE.
+    Error(error::ErrorArguments),
+    /// Measure how rays are best traced here: single or in packets, in which order, with which flags.
+    Bench(bench::BenchArguments),
+    /// Write the project's own scenes.
+    Generate(generate::GenerateArguments),
+}
+
+/// Runs the command that `argv` names.
+pub fn run() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Error(arguments) => error::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Generate(arguments) => generate::run(&arguments),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        ExitCode::from(1)
+    })
+}
+
+/// Sets the number of worker threads, 0 for all of the machine's.
+fn set_threads(threads: usize) -> anyhow::Result<()> {
+    Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?)
+}

@@ -1,0 +1,110 @@
+//! Where a render's pictures and figures go.
+
+use super::report::{Context, Report};
+use crate::film::accumulate::Estimate;
+use crate::film::atomic::write_atomically;
+use crate::film::exr::{self, Attribute, Metadata, Window};
+use crate::film::image::{Image, Layer};
+use crate::film::png;
+use crate::render::Rendering;
+use crate::scene::description::SceneDescription;
+use anyhow::{Context as _, Result, bail};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The files that a render will write.
+pub struct Outputs {
+    pictures: Vec<PathBuf>,
+    json: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// Decides on names, and refuses before hours are spent on a picture that could not be written.
+    pub fn new(pictures: &[PathBuf], json: Option<&PathBuf>, scene: &Path) -> Result<Outputs> {
+        let pictures = match pictures {
+            [] => {
+                let stem = PathBuf::from(scene.file_stem().context("the scene has no file name")?);
+                vec![stem.with_extension("exr"), stem.with_extension("png")]
+            }
+            given => given.to_vec(),
+        };
+        for path in &pictures {
+            match path.extension().and_then(|e| e.to_str()) {
+                Some("exr" | "png") => check_folder(path)?,
+                _ => bail!("{}: pictures are written as .exr or .png", path.display()),
+            }
+        }
+        if let Some(path) = json.filter(|path| path.as_os_str() != "-") {
+            check_folder(path)?;
+        }
+        Ok(Outputs { pictures, json: json.cloned() })
+    }
+
+    pub fn pictures(&self) -> &[PathBuf] {
+        &self.pictures
+    }
+
+    /// Writes them all. One that fails does not keep the others from being written.
+    pub fn write(
+        &self,
+        context: &Context,
+        description: &SceneDescription,
+        rendering: &Rendering,
+        report: &Report,
+    ) -> Result<()> {
+        let estimate = &rendering.estimate;
+        let pictures = self.pictures.iter().map(|path| match path.extension().is_some_and(|e| e == "exr") {
+            true => write_exr(path, context, rendering).map_err(anyhow::Error::from),
+            false => png::write(path, &beauty(estimate), description.film.exposure).map_err(anyhow::Error::from),
+        });
+        let json = self.json.iter().map(|path| write_json(path, report));
+        let failures: Vec<String> =
+            pictures.chain(json).filter_map(|result| result.err().map(|e| format!("{e:#}"))).collect();
+        if failures.is_empty() { Ok(()) } else { bail!(failures.join("\nerror: ")) }
+    }
+}
+
+/// Makes and removes an empty file beside `path`.
+fn check_folder(path: &Path) -> Result<()> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    tempfile::NamedTempFile::new_in(folder).with_context(|| format!("{}: nothing can be written", folder.display()))?;
+    Ok(())
+}
+
+fn beauty(estimate: &Estimate) -> Image {
+    let mut image = Image::new(estimate.width as usize, estimate.height as usize);
+    image.data.copy_from_slice(&estimate.mean);
+    image
+}
+
+fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Result<()> {
+    let e = &rendering.estimate;
+    let features = |f: fn(&crate::integrator::batch::Features) -> crate::math::Rgb| -> Vec<_> {
+        e.features.iter().map(f).collect()
+    };
+    let layers = vec![
+        Layer::color("", &e.mean),
+        Layer::color("variance", &e.variance),
+        Layer::color("albedo", &features(|f| f.albedo)),
+        Layer::vector("N", &features(|f| f.normal)),
+        Layer::scalar("", "Z", e.features.iter().map(|f| f.depth).collect()),
+        Layer::scalar("samples", "Y", vec![e.samples as f32; e.mean.len()]),
+    ];
+    let metadata = Metadata {
+        scene_hash: context.scene.hash_text(),
+        samples_per_pixel: e.samples,
+        render_time_seconds: rendering.seconds as f32,
+        seed: context.seed,
+        extra: BTreeMap::from([("scene".to_string(), Attribute::Text(context.name.clone()))]),
+    };
+    exr::write(path, &Window::full(e.width as usize, e.height as usize), layers, &metadata)
+}
+
+fn write_json(path: &Path, report: &Report) -> Result<()> {
+    let text = serde_json::to_string_pretty(report)? + "\n";
+    if path.as_os_str() == "-" {
+        return std::io::stdout().write_all(text.as_bytes()).context("standard output");
+    }
+    Ok(write_atomically(path, |file| file.write_all(text.as_bytes()))?)
+}

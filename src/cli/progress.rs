@@ -1,0 +1,32 @@
+//! A bar with what is left to wait, where somebody is looking.
+
+use crate::render::Progress;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::time::Duration;
+
+/// Steps of the bar.
+const STEPS: u64 = 1000;
+
+/// A progress bar on standard error; silent when asked to be, or when that is no terminal.
+pub struct Bar(ProgressBar);
+
+impl Bar {
+    pub fn new(quiet: bool) -> Bar {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(8) };
+        let style = ProgressStyle::with_template("{bar:30} {percent:>3} %  {elapsed} gone, {prefix} left  {msg}")
+            .expect("the template is well-formed");
+        Bar(ProgressBar::with_draw_target(Some(STEPS), target).with_style(style))
+    }
+
+    pub fn update(&self, p: &Progress) {
+        self.0.set_position((p.share * STEPS as f64) as u64);
+        let left = if p.share > 0.0 { p.seconds * (1.0 / p.share - 1.0) } else { 0.0 };
+        self.0.set_prefix(format!("{:.0?}", Duration::from_secs(left.round() as u64)));
+        let rate = p.paths as f64 / p.seconds.max(1e-9) * 1e-6;
+        self.0.set_message(format!("{} spp, {rate:.2} Msamples/s", p.samples));
+    }
+
+    pub fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}

@@ -1,0 +1,165 @@
+//! The figures of a render, for people and for programs.
+
+use crate::integrator::Counters;
+use crate::render::{IterationReport, Rendering};
+use crate::scene::Scene;
+use serde::Serialize;
+
+/// Version of the JSON's shape; a change that breaks readers raises it.
+const SCHEMA: u32 = 1;
+
+/// What `--json` writes. Times are in seconds.
+#[derive(Serialize)]
+pub struct Report {
+    schema: u32,
+    phototaxis: &'static str,
+    scene: String,
+    scene_hash: String,
+    seed: u64,
+    threads: usize,
+    width: u32,
+    height: u32,
+    triangles: usize,
+    embree_bytes: u64,
+    exit: &'static str,
+    /// Samples per pixel traced, and those that the picture holds.
+    spp: u32,
+    spp_kept: u32,
+    load_seconds: f64,
+    build_seconds: f64,
+    render_seconds: f64,
+    learn_seconds: f64,
+    msamples_per_second: f64,
+    mrays_per_second: f64,
+    rays: u64,
+    shadow_rays: u64,
+    mean_path_length: f64,
+    zero_contribution_share: f64,
+    /// Share of the tiles' processor time in Embree's queries.
+    embree_share: f64,
+    non_finite_samples: u64,
+    guide: GuideReport,
+    iterations: Vec<Iteration>,
+}
+
+#[derive(Serialize)]
+struct GuideReport {
+    method: &'static str,
+    states: usize,
+    bytes: usize,
+    /// Share of vertices asked for where the guide knew an answer.
+    hit_share: f64,
+}
+
+#[derive(Serialize)]
+struct Iteration {
+    spp: u32,
+    seconds: f64,
+    learn_seconds: f64,
+    mean_path_length: f64,
+    zero_contribution_share: f64,
+    usable_states: usize,
+    transitions: u64,
+}
+
+/// What the report needs beside the render itself.
+pub struct Context<'a> {
+    pub scene: &'a Scene,
+    pub name: String,
+    pub seed: u64,
+    pub interrupted: bool,
+    pub load_seconds: f64,
+    pub build_seconds: f64,
+}
+
+impl Report {
+    pub fn new(context: &Context, rendering: &Rendering) -> Report {
+        let total = total(&rendering.iterations);
+        let seconds = rendering.seconds;
+        let guide = rendering.guide.as_ref();
+        let all_rays = (total.rays + total.shadow_rays) as f64;
+        Report {
+            schema: SCHEMA,
+            phototaxis: env!("CARGO_PKG_VERSION"),
+            scene: context.name.clone(),
+            scene_hash: context.scene.hash_text(),
+            seed: context.seed,
+            threads: rayon::current_num_threads(),
+            width: rendering.estimate.width,
+            height: rendering.estimate.height,
+            triangles: context.scene.triangles(),
+            embree_bytes: context.scene.geometry().device().memory(),
+            exit: if context.interrupted { "interrupted" } else { "done" },
+            spp: rendering.samples,
+            spp_kept: rendering.estimate.samples,
+            load_seconds: context.load_seconds,
+            build_seconds: context.build_seconds,
+            render_seconds: seconds,
+            learn_seconds: rendering.iterations.iter().map(|i| i.learn_seconds).sum(),
+            msamples_per_second: total.paths as f64 / seconds * 1e-6,
+            mrays_per_second: all_rays / seconds * 1e-6,
+            rays: total.rays,
+            shadow_rays: total.shadow_rays,
+            mean_path_length: ratio(total.rays, total.paths),
+            zero_contribution_share: ratio(total.zero_contribution, total.paths),
+            embree_share: total.embree.as_secs_f64() / total.total.as_secs_f64().max(1e-9),
+            non_finite_samples: total.non_finite,
+            guide: GuideReport {
+                method: if guide.is_some() { "grid" } else { "none" },
+                states: guide.map_or(0, |g| g.states()),
+                bytes: guide.map_or(0, |g| g.bytes()),
+                hit_share: ratio(total.guide_hits, total.guide_queries),
+            },
+            iterations: rendering.iterations.iter().map(Iteration::new).collect(),
+        }
+    }
+
+    /// The few lines that a person wants at the end.
+    pub fn summary(&self) -> String {
+        let mut text = format!(
+            "{} spp in {:.1} s: {:.2} Msamples/s, {:.1} Mrays/s, {:.0} % of the time in Embree, mean path {:.1} segments",
+            self.spp,
+            self.render_seconds,
+            self.msamples_per_second,
+            self.mrays_per_second,
+            100.0 * self.embree_share,
+            self.mean_path_length,
+        );
+        if self.guide.method != "none" {
+            text += &format!(
+                "\nguide: {} states, {:.1} MiB, known at {:.0} % of the vertices, {:.1} s of learning",
+                self.guide.states,
+                self.guide.bytes as f64 / (1 << 20) as f64,
+                100.0 * self.guide.hit_share,
+                self.learn_seconds,
+            );
+        }
+        text
+    }
+}
+
+impl Iteration {
+    fn new(report: &IterationReport) -> Iteration {
+        let c = &report.counters;
+        Iteration {
+            spp: report.samples,
+            seconds: report.seconds,
+            learn_seconds: report.learn_seconds,
+            mean_path_length: ratio(c.rays, c.paths),
+            zero_contribution_share: ratio(c.zero_contribution, c.paths),
+            usable_states: report.usable_states,
+            transitions: c.transitions,
+        }
+    }
+}
+
+/// Counters of all iterations together.
+pub fn total(iterations: &[IterationReport]) -> Counters {
+    let mut sum = Counters::default();
+    iterations.iter().for_each(|i| sum.add(&i.counters));
+    sum
+}
+
+fn ratio(a: u64, b: u64) -> f64 {
+    if b == 0 { 0.0 } else { a as f64 / b as f64 }
+}

@@ -1,0 +1,288 @@
+//! The film: sums of samples, iteration by iteration, and how iterations become one picture.
+
+use crate::integrator::batch::Features;
+use crate::integrator::{BatchResult, Task};
+use crate::math::{Rgb, luminance};
+use crate::scene::description::Combine;
+
+/// Samples for which albedo, normal and depth are averaged; they have little noise.
+pub const FEATURE_SAMPLES: u32 = 32;
+
+/// Iterations are weighed in groups of at least this many samples per pixel: the variance of fewer says little.
+const MIN_GROUP: u32 = 8;
+
+/// Iterations' pictures weighed against each other must not be told apart by less than rounding.
+const MIN_RELATIVE_VARIANCE: f64 = 1e-12;
+
+/// Sums of the samples of one group of iterations.
+#[derive(Clone, Debug)]
+struct Group {
+    sum: Vec<Rgb>,
+    sum_squares: Vec<Rgb>,
+    samples: u32,
+}
+
+/// Accumulates what tasks bring back. Memory is constant in the number of samples.
+#[derive(Clone, Debug)]
+pub struct Film {
+    width: u32,
+    height: u32,
+    combine: Combine,
+    group: Group,
+    /// Weighted sums over the finished groups: means, and variances of the means.
+    mean: Vec<Rgb>,
+    variance: Vec<Rgb>,
+    /// Sum of weights, for the black and the white squares of a checkerboard over the pixels.
+    weight: [f64; 2],
+    samples: u32,
+    features: Vec<Features>,
+    feature_samples: u32,
+}
+
+/// A picture with what is known of its noise.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    pub width: u32,
+    pub height: u32,
+    pub mean: Vec<Rgb>,
+    /// Variance of `mean`, estimated from the samples; zero where there were fewer than two.
+    pub variance: Vec<Rgb>,
+    /// Samples per pixel that the picture holds.
+    pub samples: u32,
+    /// Means of what the camera sees first.
+    pub features: Vec<Features>,
+}
+
+impl Film {
+    pub fn new(width: u32, height: u32, combine: Combine) -> Film {
+        let pixels = width as usize * height as usize;
+        Film {
+            width,
+            height,
+            combine,
+            group: Group::new(pixels),
+            mean: vec![Rgb::ZERO; pixels],
+            variance: vec![Rgb::ZERO; pixels],
+            weight: [0.0; 2],
+            samples: 0,
+            features: vec![Features::default(); pixels],
+            feature_samples: 0,
+        }
+    }
+
+    /// Adds what a task brought back. Call `add_samples` once all pixels have theirs.
+    pub fn add(&mut self, task: &Task, result: &BatchResult) {
+        for y in 0..task.height {
+            let from = (y * task.width) as usize..((y + 1) * task.width) as usize;
+            let to = ((task.y + y) * self.width + task.x) as usize;
+            for (k, i) in from.enumerate() {
+                self.group.sum[to + k] += result.sum[i];
+                self.group.sum_squares[to + k] += result.sum_squares[i];
+                if let Some(f) = result.features.get(i) {
+                    let sum = &mut self.features[to + k];
+                    sum.albedo += f.albedo;
+                    sum.normal += f.normal;
+                    sum.depth += f.depth;
+                }
+            }
+        }
+    }
+
+    /// Says that every pixel has received `samples` more, with their features or without.
+    pub fn add_samples(&mut self, samples: u32, features: bool) {
+        self.group.samples += samples;
+        self.feature_samples += if features { samples } else { 0 };
+    }
+
+    /// Ends an iteration: its samples are weighed into the picture once there are enough of them.
+    pub fn end_iteration(&mut self) {
+        if self.group.samples >= MIN_GROUP {
+            self.close_group();
+        }
+    }
+
+    /// The picture so far.
+    pub fn develop(&self) -> Estimate {
+        let mut film = self.clone();
+        // a rest too small to be weighed by its own variance joins only where there is nothing else
+        if film.group.samples >= MIN_GROUP || film.weight[0] + film.weight[1] == 0.0 || film.combine != Combine::InverseVariance {
+            film.close_group();
+        }
+        let (width, pixels) = (self.width as usize, self.mean.len());
+        let per_pixel = |values: &[Rgb], power: i32| -> Vec<Rgb> {
+            let scale = |i: usize| (film.weight[parity(i, width)].powi(power)).recip() as f32;
+            (0..pixels).map(|i| if values[i] == Rgb::ZERO { Rgb::ZERO } else { values[i] * scale(i) }).collect()
+        };
+        let share = 1.0 / self.feature_samples.max(1) as f32;
+        Estimate {
+            width: self.width,
+            height: self.height,
+            mean: per_pixel(&film.mean, 1),
+            variance: per_pixel(&film.variance, 2),
+            samples: film.samples,
+            features: self.features.iter().map(|f| f.scaled(share)).collect(),
+        }
+    }
+
+    fn close_group(&mut self) {
+        let n = self.group.samples;
+        if n == 0 {
+            return;
+        }
+        let width = self.width as usize;
+        let weights = match self.combine {
+            Combine::Last => {
+                self.mean.fill(Rgb::ZERO);
+                self.variance.fill(Rgb::ZERO);
+                (self.weight, self.samples) = ([0.0; 2], 0);
+                [1.0; 2]
+            }
+            Combine::All => [n as f64; 2],
+            Combine::InverseVariance => self.group.weights(width),
+        };
+        for i in 0..self.mean.len() {
+            let w = weights[parity(i, width)] as f32;
+            let (mean, variance) = self.group.moments(i);
+            self.mean[i] += mean * w;
+            self.variance[i] += variance * (w * w);
+        }
+        self.weight[0] += weights[0];
+        self.weight[1] += weights[1];
+        self.samples += n;
+        self.group = Group::new(self.mean.len());
+    }
+}
+
+impl Group {
+    fn new(pixels: usize) -> Group {
+        Group { sum: vec![Rgb::ZERO; pixels], sum_squares: vec![Rgb::ZERO; pixels], samples: 0 }
+    }
+
+    /// Mean and variance of the mean of a pixel.
+    fn moments(&self, i: usize) -> (Rgb, Rgb) {
+        let n = self.samples as f32;
+        let mean = self.sum[i] / n;
+        if self.samples < 2 {
+            return (mean, Rgb::ZERO);
+        }
+        (mean, (self.sum_squares[i] / n - mean * mean).max(Rgb::ZERO) / (n - 1.0))
+    }
+
+    /// Inverse of the mean relative variance (Müller et al. 2017 weigh iterations so), for either colour of the
+    /// checkerboard from the pixels of the *other*: a pixel's own noise has no say in how much its samples count,
+    /// which would bias the picture.
+    fn weights(&self, width: usize) -> [f64; 2] {
+        let brightness = self.sum.iter().map(|&s| luminance(s) as f64).sum::<f64>() / self.sum.len() as f64;
+        let floor = 0.01 * (brightness / self.samples as f64).powi(2);
+        let mut relative = [0.0f64; 2];
+        for i in 0..self.sum.len() {
+            let (mean, variance) = self.moments(i);
+            let (mean, variance) = (luminance(mean) as f64, luminance(variance) as f64);
+            if variance > 0.0 {
+                relative[1 - parity(i, width)] += variance / (mean * mean + floor);
+            }
+        }
+        let half = 0.5 * self.sum.len() as f64;
+        relative.map(|r| 1.0 / (r / half).max(MIN_RELATIVE_VARIANCE))
+    }
+}
+
+impl Features {
+    fn scaled(&self, k: f32) -> Features {
+        Features { albedo: self.albedo * k, normal: self.normal * k, depth: self.depth * k }
+    }
+}
+
+/// Colour of pixel `i` on a checkerboard.
+fn parity(i: usize, width: usize) -> usize {
+    (i % width + i / width) % 2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rng::Rng;
+
+    fn task(side: u32) -> Task {
+        Task { x: 0, y: 0, width: side, height: side, first_sample: 0, samples: 1 }
+    }
+
+    /// `spp` samples of uniform noise of the given width about 1 in every pixel.
+    fn add_noise(film: &mut Film, spp: u32, width: f32, rng: &mut Rng) {
+        let task = task(film.width);
+        for _ in 0..spp {
+            let sum: Vec<Rgb> = (0..task.pixels()).map(|_| Rgb::splat(1.0 + width * (rng.f32() - 0.5))).collect();
+            let sum_squares = sum.iter().map(|&v| v * v).collect();
+            film.add(&task, &BatchResult { sum, sum_squares, ..BatchResult::default() });
+        }
+        film.add_samples(spp, false);
+        film.end_iteration();
+    }
+
+    fn mean_square_error(estimate: &Estimate) -> f32 {
+        estimate.mean.iter().map(|v| (v.x - 1.0).powi(2)).sum::<f32>() / estimate.mean.len() as f32
+    }
+
+    #[test]
+    fn variance_layer_is_the_variance_of_the_mean() {
+        for combine in [Combine::All, Combine::InverseVariance] {
+            let mut film = Film::new(64, 64, combine);
+            let mut rng = Rng::new(3);
+            for spp in [8, 16, 32] {
+                add_noise(&mut film, spp, 1.0, &mut rng);
+            }
+            let estimate = film.develop();
+            let (claimed, real) = (estimate.variance.iter().map(|v| v.x).sum::<f32>() / 4096.0, mean_square_error(&estimate));
+            // 4096 pixels: the error of a variance estimated from them is √(2/4096) = 2.2 %
+            assert!((claimed / real - 1.0).abs() < 0.1, "{combine:?}: {claimed} claimed, {real} seen");
+        }
+    }
+
+    #[test]
+    fn inverse_variance_beats_equal_weights_where_iterations_differ() {
+        let error = |combine| {
+            let mut film = Film::new(64, 64, combine);
+            let mut rng = Rng::new(5);
+            add_noise(&mut film, 32, 4.0, &mut rng);
+            add_noise(&mut film, 32, 0.5, &mut rng);
+            mean_square_error(&film.develop())
+        };
+        let (all, weighted, last) = (error(Combine::All), error(Combine::InverseVariance), error(Combine::Last));
+        assert!(weighted < 0.1 * all && weighted < last, "all {all}, weighted {weighted}, last {last}");
+    }
+
+    #[test]
+    fn a_black_film_stays_black_and_finite() {
+        let mut film = Film::new(8, 8, Combine::InverseVariance);
+        let t = task(8);
+        let black = || BatchResult { sum: vec![Rgb::ZERO; 64], sum_squares: vec![Rgb::ZERO; 64], ..BatchResult::default() };
+        for _ in 0..16 {
+            film.add(&t, &black());
+        }
+        film.add_samples(16, false);
+        film.end_iteration();
+        assert!(film.develop().mean.iter().all(|&v| v == Rgb::ZERO));
+    }
+
+    #[test]
+    fn scaling_the_light_scales_the_picture_and_nothing_else() {
+        let picture = |scale: f32| {
+            let mut film = Film::new(16, 16, Combine::InverseVariance);
+            let mut rng = Rng::new(9);
+            for spp in [8u32, 16] {
+                for _ in 0..spp {
+                    let sum: Vec<Rgb> = (0..256).map(|_| Rgb::splat(scale * rng.f32())).collect();
+                    let sum_squares = sum.iter().map(|&v| v * v).collect();
+                    film.add(&task(16), &BatchResult { sum, sum_squares, ..BatchResult::default() });
+                }
+                film.add_samples(spp, false);
+                film.end_iteration();
+            }
+            film.develop().mean
+        };
+        let (one, tiny) = (picture(1.0), picture(2.0f32.powi(-20)));
+        for (a, b) in one.iter().zip(&tiny) {
+            assert!((b.x * 2.0f32.powi(20) / a.x - 1.0).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Actions: strata of the hemisphere, and the crate's only conversion from their probabilities to densities.
+
+use crate::math::warp;
+use glam::Vec3;
+use std::f32::consts::TAU;
+
+/// The hemisphere cut into `side`² strata of equal solid angle: the cells of a square grid under the concentric
+/// equal-area map, so that strata are compact everywhere, also around the pole.
+#[derive(Clone, Debug)]
+pub struct Strata {
+    side: u32,
+    /// Mean of cosθ over each stratum.
+    cosines: Vec<f32>,
+}
+
+impl Strata {
+    pub fn new(side: u32) -> Strata {
+        let cosines = (0..side * side).map(|k| mean_cosine(side, k)).collect();
+        Strata { side, cosines }
+    }
+
+    /// K, the number of strata.
+    #[inline]
+    pub fn count(&self) -> usize {
+        self.cosines.len()
+    }
+
+    /// Solid angle of one stratum, 2π/K sr.
+    #[inline]
+    pub fn solid_angle(&self) -> f32 {
+        TAU / self.count() as f32
+    }
+
+    /// Mean cosine to the normal over each stratum.
+    pub fn cosines(&self) -> &[f32] {
+        &self.cosines
+    }
+
+    /// The stratum of a unit direction in the table's frame; `None` below the horizon.
+    #[inline]
+    pub fn index(&self, local: Vec3) -> Option<usize> {
+        if local.z < 0.0 {
+            return None;
+        }
+        let u = warp::uniform_hemisphere_to_square(local);
+        let cell = |v: f32| ((v * self.side as f32) as u32).min(self.side - 1);
+        Some((cell(u[1]) * self.side + cell(u[0])) as usize)
+    }
+
+    /// Uniform direction in stratum `k`, in the table's frame.
+    #[inline]
+    pub fn direction(&self, k: usize, u: [f32; 2]) -> Vec3 {
+        let (x, y) = (k as u32 % self.side, k as u32 / self.side);
+        let inverse = 1.0 / self.side as f32;
+        warp::square_to_uniform_hemisphere([(x as f32 + u[0]) * inverse, (y as f32 + u[1]) * inverse])
+    }
+
+    /// Density per steradian of drawing a stratum with probability `pmf` and then a direction in it uniformly:
+    /// P(k)·K/2π (Dahm & Keller 2017).
+    #[inline]
+    pub fn density(&self, pmf: f32) -> f32 {
+        pmf * (self.count() as f32 / TAU)
+    }
+}
+
+/// By quadrature over an 8×8 grid in the stratum.
+fn mean_cosine(side: u32, k: u32) -> f32 {
+    let at = |i: u32, j: u32| {
+        let u = (k % side) as f32 + (i as f32 + 0.5) / 8.0;
+        let v = (k / side) as f32 + (j as f32 + 0.5) / 8.0;
+        warp::square_to_uniform_hemisphere([u / side as f32, v / side as f32]).z
+    };
+    (0..64).map(|n| at(n % 8, n / 8)).sum::<f32>() / 64.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rng::Rng;
+
+    #[test]
+    fn a_direction_drawn_in_a_stratum_is_found_in_it() {
+        let mut rng = Rng::new(1);
+        for side in [1, 2, 3, 8, 13] {
+            let strata = Strata::new(side);
+            let misses = (0..100_000)
+                .filter(|i| {
+                    let k = i % strata.count();
+                    strata.index(strata.direction(k, rng.f32x2())) != Some(k)
+                })
+                .count();
+            // only directions within rounding of a border may fall to the neighbour
+            assert!(misses <= 5, "side {side}: {misses} of 100000");
+        }
+    }
+
+    #[test]
+    fn cosines_integrate_to_pi() {
+        for side in [1, 4, 12] {
+            let strata = Strata::new(side);
+            let integral = strata.cosines().iter().sum::<f32>() * strata.solid_angle();
+            assert!((integral - std::f32::consts::PI).abs() < 2e-2 / side as f32, "{integral}");
+        }
+    }
+}

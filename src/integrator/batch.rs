@@ -1,0 +1,175 @@
+//! The memory of a batch of paths, and what comes out of it.
+
+use super::backup::Vertex;
+use crate::embree::{HitBatch, ShadowBatch};
+use crate::guiding::Recorder;
+use crate::math::{Rgb, rng::Rng};
+use std::time::Duration;
+
+/// A rectangle of pixels and the samples to take of each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Task {
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+    /// Index of the first sample, counted over the whole render.
+    pub first_sample: u32,
+    pub samples: u32,
+}
+
+impl Task {
+    pub fn pixels(&self) -> usize {
+        (self.width * self.height) as usize
+    }
+
+    pub fn paths(&self) -> usize {
+        self.pixels() * self.samples as usize
+    }
+}
+
+/// Paths under way, as parallel arrays in the order of their rays. Compaction moves a path only towards the front,
+/// so one set of arrays serves two waves.
+#[derive(Default)]
+pub(super) struct Paths {
+    /// Place in the batch: which pixel and sample.
+    pub slot: Vec<u32>,
+    pub throughput: Vec<Rgb>,
+    pub rng: Vec<Rng>,
+    /// Density of the ray's direction per steradian; `None` behind a camera or a delta lobe.
+    pub pdf: Vec<Option<f32>>,
+    /// What roulette goes by: the share of light that scattering would have left on the way here.
+    pub analog: Vec<f32>,
+}
+
+impl Paths {
+    pub fn clear(&mut self) {
+        self.slot.clear();
+        self.throughput.clear();
+        self.rng.clear();
+        self.pdf.clear();
+        self.analog.clear();
+    }
+
+    pub fn push_camera(&mut self, slot: u32, rng: Rng) {
+        self.slot.push(slot);
+        self.throughput.push(Rgb::ONE);
+        self.rng.push(rng);
+        self.pdf.push(None);
+        self.analog.push(1.0);
+    }
+}
+
+/// Shadow rays of one wave and what they would bring.
+#[derive(Default)]
+pub(super) struct NextEvents {
+    pub slot: Vec<u32>,
+    /// To the pixel.
+    pub contribution: Vec<Rgb>,
+    /// To the vertex, and which one it is in its wave.
+    pub local: Vec<Rgb>,
+    pub vertex: Vec<u32>,
+}
+
+impl NextEvents {
+    pub fn clear(&mut self) {
+        self.slot.clear();
+        self.contribution.clear();
+        self.local.clear();
+        self.vertex.clear();
+    }
+}
+
+/// Scratch memory for one batch at a time; a worker keeps it from task to task.
+pub struct Batch {
+    pub(super) rays: HitBatch,
+    pub(super) shadow_rays: ShadowBatch,
+    pub(super) paths: Paths,
+    pub(super) next_events: NextEvents,
+    pub(super) waves: Vec<Vec<Vertex>>,
+    pub(super) returns: Vec<Rgb>,
+    pub(super) radiance: Vec<Rgb>,
+    pub(super) features: Vec<Features>,
+}
+
+impl Batch {
+    pub fn new() -> Batch {
+        Batch {
+            rays: HitBatch::with_capacity(0),
+            shadow_rays: ShadowBatch::with_capacity(0),
+            paths: Paths::default(),
+            next_events: NextEvents::default(),
+            waves: Vec::new(),
+            returns: Vec::new(),
+            radiance: Vec::new(),
+            features: Vec::new(),
+        }
+    }
+}
+
+impl Default for Batch {
+    fn default() -> Batch {
+        Batch::new()
+    }
+}
+
+/// What the first hit of a camera ray looks like; zero where it leaves the scene.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Features {
+    pub albedo: Rgb,
+    /// Shading normal in world space, facing the camera.
+    pub normal: Rgb,
+    /// Distance along the ray.
+    pub depth: f32,
+}
+
+/// What a task brings back.
+#[derive(Default)]
+pub struct BatchResult {
+    /// Per pixel of the task, row by row: Σ L and Σ L² over its samples.
+    pub sum: Vec<Rgb>,
+    pub sum_squares: Vec<Rgb>,
+    /// Per pixel, summed over the samples; empty where not asked for.
+    pub features: Vec<Features>,
+    pub recorder: Option<Recorder>,
+    pub counters: Counters,
+}
+
+/// Path statistics; they add up.
+#[derive(Clone, Debug, Default)]
+pub struct Counters {
+    pub paths: u64,
+    /// Segments of all paths.
+    pub rays: u64,
+    pub shadow_rays: u64,
+    /// Paths that brought no light.
+    pub zero_contribution: u64,
+    /// Vertices where the guide was asked, and where it knew an answer.
+    pub guide_queries: u64,
+    pub guide_hits: u64,
+    /// Transitions recorded.
+    pub transitions: u64,
+    /// NaN or infinite samples; they count as black.
+    pub non_finite: u64,
+    /// The first of them: pixel and sample.
+    pub first_non_finite: Option<(u32, u32, u32)>,
+    /// Processor time in Embree's queries, packets prepared, and in all of the batch.
+    pub embree: Duration,
+    pub total: Duration,
+}
+
+impl Counters {
+    pub fn add(&mut self, other: &Counters) {
+        self.paths += other.paths;
+        self.rays += other.rays;
+        self.shadow_rays += other.shadow_rays;
+        self.zero_contribution += other.zero_contribution;
+        self.guide_queries += other.guide_queries;
+        self.guide_hits += other.guide_hits;
+        self.transitions += other.transitions;
+        self.non_finite += other.non_finite;
+        self.first_non_finite = self.first_non_finite.or(other.first_non_finite);
+        self.embree += other.embree;
+        self.total += other.total;
+    }
+}

@@ -1,0 +1,84 @@
+//! The mixture of BSDF and guide: the one place where a path's directions are drawn and their density is known.
+//!
+//! Next-event estimation asks the same `pdf` that `sample` draws from, so its weights are exact.
+
+use crate::bsdf::Bsdf;
+use crate::geometry::SurfaceInteraction;
+use crate::guiding::GuidingDistribution;
+use crate::math::{Rgb, rng::Rng};
+use glam::Vec3;
+
+/// BSDFs with a sharper lobe than this are left to their own sampling: strata are too wide for them.
+const MIN_GUIDED_ROUGHNESS: f32 = 0.3;
+
+/// How directions are chosen at one vertex.
+pub struct Mixture<'a> {
+    bsdf: &'a Bsdf<'a>,
+    guide: Option<GuidingDistribution<'a>>,
+    /// Probability of sampling the BSDF; 1 without a guide.
+    bsdf_fraction: f32,
+}
+
+/// A direction with which the path goes on.
+pub struct DirectionSample {
+    /// Unit, in world space.
+    pub wi: Vec3,
+    /// f·|cosθ|/p, p being the density of the whole mixture.
+    pub weight: Rgb,
+    /// Density of the mixture per steradian, `None` for a delta lobe.
+    pub pdf: Option<f32>,
+}
+
+impl<'a> Mixture<'a> {
+    /// `guide` is what the state knows, `bsdf_fraction` the share that the BSDF keeps where there is a guide.
+    #[inline]
+    pub fn new(bsdf: &'a Bsdf<'a>, guide: Option<GuidingDistribution<'a>>, bsdf_fraction: f32) -> Mixture<'a> {
+        let guide = guide.filter(|_| bsdf.roughness() >= MIN_GUIDED_ROUGHNESS);
+        let bsdf_fraction = if guide.is_some() { bsdf_fraction } else { 1.0 };
+        Mixture { bsdf, guide, bsdf_fraction }
+    }
+
+    /// Value f·|cosθ| of the BSDF's smooth lobes and density of the mixture at `wi` (world space).
+    #[inline]
+    pub fn eval_pdf(&self, si: &SurfaceInteraction, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        if !si.consistent(wi) {
+            return (Rgb::ZERO, 0.0);
+        }
+        let (f, pdf) = self.bsdf.eval_pdf(wo, si.frame.to_local(wi));
+        match &self.guide {
+            None => (f, pdf),
+            Some(guide) => (f, self.bsdf_fraction * pdf + (1.0 - self.bsdf_fraction) * guide.pdf(wi)),
+        }
+    }
+
+    /// Draws a direction. `wo` is in the shading frame. `None` where the path ends.
+    #[inline]
+    pub fn sample(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
+        let Some(guide) = &self.guide else {
+            return self.sample_bsdf(si, wo, rng);
+        };
+        if rng.f32() < self.bsdf_fraction {
+            let drawn = self.sample_bsdf(si, wo, rng)?;
+            let Some(bsdf_pdf) = drawn.pdf else {
+                return Some(DirectionSample { weight: drawn.weight / self.bsdf_fraction, ..drawn });
+            };
+            let pdf = self.bsdf_fraction * bsdf_pdf + (1.0 - self.bsdf_fraction) * guide.pdf(drawn.wi);
+            return Some(DirectionSample { weight: drawn.weight * (bsdf_pdf / pdf), pdf: Some(pdf), ..drawn });
+        }
+        let wi = guide.sample(rng.f32(), rng.f32x2());
+        let (f, pdf) = self.eval_pdf(si, wo, wi);
+        (f != Rgb::ZERO && pdf > 0.0).then(|| DirectionSample { wi, weight: f / pdf, pdf: Some(pdf) })
+    }
+
+    #[inline]
+    fn sample_bsdf(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
+        let drawn = self.bsdf.sample(wo, rng.f32(), rng.f32x2())?;
+        let wi = si.frame.to_world(drawn.wi);
+        let reflected_or_refracted = drawn.wi.z * wi.dot(si.ng) > 0.0;
+        (reflected_or_refracted && drawn.weight != Rgb::ZERO).then(|| DirectionSample {
+            wi,
+            weight: drawn.weight,
+            pdf: (!drawn.delta).then_some(drawn.pdf),
+        })
+    }
+}

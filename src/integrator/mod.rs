@@ -1,0 +1,9 @@
+//! How light finds its way: paths, in batches, bounce by bounce.
+
+mod backup;
+pub mod batch;
+pub mod mixture;
+mod path;
+
+pub use batch::{Batch, BatchResult, Counters, Task};
+pub use path::PathIntegrator;

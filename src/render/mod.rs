@@ -1,0 +1,217 @@
+//! The driver: iterations × passes × tasks, the clock, and what the guide learns between rounds.
+
+mod schedule;
+
+use crate::film::accumulate::{Estimate, FEATURE_SAMPLES, Film};
+use crate::guiding::Guide;
+use crate::integrator::path::GuideUse;
+use crate::integrator::{Batch, BatchResult, Counters, PathIntegrator, Task};
+use crate::scene::Scene;
+use crate::scene::description::{GuidingSettings, IntegratorSettings, RenderSettings};
+use rayon::prelude::*;
+use schedule::{Tiling, iteration_samples};
+use std::time::{Duration, Instant};
+
+/// What to render with.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    pub integrator: IntegratorSettings,
+    pub guiding: GuidingSettings,
+    pub render: RenderSettings,
+}
+
+/// What one iteration did.
+#[derive(Clone, Debug)]
+pub struct IterationReport {
+    /// Samples per pixel.
+    pub samples: u32,
+    pub seconds: f64,
+    /// Seconds of it between rounds, in which the guide learnt and froze.
+    pub learn_seconds: f64,
+    pub counters: Counters,
+    /// States that could be drawn from during the iteration.
+    pub usable_states: usize,
+}
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    pub samples: u32,
+    /// Share of the budget that is used, in [0, 1].
+    pub share: f64,
+    pub seconds: f64,
+    pub paths: u64,
+}
+
+/// Watches a render; returns whether it should go on.
+pub type Observer<'a> = &'a mut dyn FnMut(&Progress) -> bool;
+
+/// A finished render.
+pub struct Rendering {
+    pub estimate: Estimate,
+    pub iterations: Vec<IterationReport>,
+    /// All samples per pixel that were traced, those of discarded iterations too.
+    pub samples: u32,
+    pub seconds: f64,
+    pub guide: Option<Guide>,
+}
+
+/// Renders until the budget of samples or of time is used, or the observer has seen enough.
+pub fn render(scene: &Scene, settings: &Settings, observer: Observer) -> Rendering {
+    let mut driver = Driver::new(scene, settings);
+    driver.run(observer);
+    Rendering {
+        estimate: driver.film.develop(),
+        iterations: driver.iterations,
+        samples: driver.samples,
+        seconds: driver.start.elapsed().as_secs_f64(),
+        guide: driver.guide,
+    }
+}
+
+struct Driver<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    tiling: Tiling,
+    film: Film,
+    guide: Option<Guide>,
+    iterations: Vec<IterationReport>,
+    samples: u32,
+    paths: u64,
+    start: Instant,
+}
+
+impl<'a> Driver<'a> {
+    fn new(scene: &'a Scene, settings: &'a Settings) -> Driver<'a> {
+        let start = Instant::now();
+        let (width, height) = (scene.camera.width, scene.camera.height);
+        Driver {
+            scene,
+            settings,
+            tiling: Tiling::new(width, height),
+            film: Film::new(width, height, settings.render.combine),
+            guide: Guide::new(&settings.guiding, scene.bounds()),
+            iterations: Vec::new(),
+            samples: 0,
+            paths: 0,
+            start,
+        }
+    }
+
+    fn run(&mut self, observer: Observer) {
+        let mut planned = 1;
+        loop {
+            let left = self.samples_left();
+            if left == 0 {
+                return;
+            }
+            let samples = iteration_samples(planned, left);
+            // What nothing will be drawn from need not be learnt.
+            let learn = samples < left;
+            if !self.iterate(samples, learn, observer) {
+                return;
+            }
+            planned *= 2;
+        }
+    }
+
+    /// Samples per pixel that are left of the budget; under a time limit an estimate from the speed so far.
+    fn samples_left(&self) -> u32 {
+        let left = self.settings.render.spp - self.samples;
+        match self.settings.render.time {
+            Some(_) if self.samples == 0 => left,
+            Some(limit) => {
+                let elapsed = self.start.elapsed().as_secs_f64();
+                let per_sample = elapsed / self.samples as f64;
+                left.min(((limit - elapsed) / per_sample).round().max(0.0) as u32)
+            }
+            None => left,
+        }
+    }
+
+    /// One iteration with one frozen guide; `false` where rendering is over.
+    fn iterate(&mut self, samples: u32, learn: bool, observer: Observer) -> bool {
+        let start = Instant::now();
+        let mut report = IterationReport {
+            samples: 0,
+            seconds: 0.0,
+            learn_seconds: 0.0,
+            counters: Counters::default(),
+            usable_states: self.guide.as_ref().map_or(0, |g| g.field().states()),
+        };
+        // Under a time limit the last iteration ends with the time, not with an estimated count.
+        let open_ended = self.settings.render.time.is_some() && !learn;
+        let target = if open_ended { self.settings.render.spp - self.samples } else { samples };
+        let mut go_on = true;
+        while report.samples < target && go_on {
+            let pass = self.tiling.samples.min(target - report.samples);
+            self.pass(pass, learn, &mut report);
+            report.samples += pass;
+            go_on = observer(&self.progress()) && !self.time_is_up(pass);
+        }
+        if let Some(guide) = self.guide.as_mut().filter(|_| learn && go_on) {
+            report.learn_seconds += timed(|| guide.end_iteration()).as_secs_f64();
+        }
+        self.film.end_iteration();
+        report.seconds = start.elapsed().as_secs_f64();
+        self.iterations.push(report);
+        go_on
+    }
+
+    /// Adds `samples` to every pixel.
+    fn pass(&mut self, samples: u32, learn: bool, report: &mut IterationReport) {
+        let features = self.samples < FEATURE_SAMPLES;
+        for round in self.tiling.rounds(self.samples, samples) {
+            let results = self.trace(&round, features, learn);
+            for (task, result) in round.iter().zip(&results) {
+                self.film.add(task, result);
+                report.counters.add(&result.counters);
+                self.paths += result.counters.paths;
+            }
+            if let Some(guide) = self.guide.as_mut().filter(|_| learn) {
+                let recorders: Vec<_> = results.iter().filter_map(|result| result.recorder.as_ref()).collect();
+                report.learn_seconds += timed(|| guide.learn(&recorders)).as_secs_f64();
+            }
+        }
+        self.samples += samples;
+        self.film.add_samples(samples, features);
+    }
+
+    /// All tasks of a round in parallel; results in the order of the tasks.
+    fn trace(&self, round: &[Task], features: bool, learn: bool) -> Vec<BatchResult> {
+        let guiding = &self.settings.guiding;
+        let integrator = PathIntegrator {
+            scene: self.scene,
+            settings: &self.settings.integrator,
+            guide: self.guide.as_ref().map(|guide| GuideUse {
+                field: guide.field(),
+                bsdf_fraction: guiding.bsdf_fraction,
+                lambda: guiding.lambda,
+                learn,
+            }),
+            seed: self.settings.render.seed,
+            features,
+        };
+        round.par_iter().map_init(Batch::new, |batch, task| integrator.render(task, batch)).collect()
+    }
+
+    fn progress(&self) -> Progress {
+        let seconds = self.start.elapsed().as_secs_f64();
+        let by_samples = self.samples as f64 / self.settings.render.spp as f64;
+        let by_time = self.settings.render.time.map_or(0.0, |limit| seconds / limit);
+        Progress { samples: self.samples, share: by_samples.max(by_time).min(1.0), seconds, paths: self.paths }
+    }
+
+    /// Whether the time is used, or another pass of `samples` would go beyond it by more than half of itself.
+    fn time_is_up(&self, samples: u32) -> bool {
+        let Some(limit) = self.settings.render.time else { return false };
+        let elapsed = self.start.elapsed().as_secs_f64();
+        elapsed + 0.5 * elapsed * samples as f64 / self.samples as f64 >= limit
+    }
+}
+
+fn timed(f: impl FnOnce()) -> Duration {
+    let start = Instant::now();
+    f();
+    start.elapsed()
+}
