@@ -69,6 +69,22 @@ impl AliasTable {
         }
     }
 
+    /// [`Self::sample`] with a number of more bits: 24 of them give an index rarer than 2⁻²⁴ a wrong share or none,
+    /// and leave a coarse rest in a long table. The rest may choose from a further table.
+    #[inline]
+    pub fn sample_wide(&self, u: f64) -> (usize, f64) {
+        let scaled = u * self.bins.len() as f64;
+        let i = (scaled as usize).min(self.bins.len() - 1);
+        let rest = (scaled - i as f64).clamp(0.0, super::ONE_MINUS_EPSILON_F64);
+        let (keep, alias) = (self.bins[i].keep as f64, self.bins[i].alias);
+        let (index, rest) = if rest < keep {
+            (i, rest / keep)
+        } else {
+            (alias as usize, (rest - keep) / (1.0 - keep))
+        };
+        (index, rest.min(super::ONE_MINUS_EPSILON_F64))
+    }
+
     /// Probability of index `i`.
     #[inline]
     pub fn pmf(&self, i: usize) -> f32 {
