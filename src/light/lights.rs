@@ -136,12 +136,13 @@ impl Lights {
 
     fn sample_triangle(&self, index: usize, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let light = &self.triangles[index];
+        // where `p` is behind, the density is 0 and the sample is dropped
         let surface = light.sample(u);
         let (wi, distance) = unit_and_length(surface.point - p)?;
         Some(LightSample {
             wi,
             distance,
-            radiance: light.radiance(-wi),
+            radiance: light.emitted(),
             pdf: self.pdf_triangle(index as u32, p, surface.point),
             delta: false,
             surface: Some(surface),

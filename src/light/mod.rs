@@ -33,7 +33,7 @@ pub enum Light {
 }
 
 impl Light {
-    /// Unit direction where there is one; an error where a number is unusable.
+    /// The light with a unit direction; an error where a number is unusable.
     fn checked(self) -> Result<Light> {
         match self {
             Light::Constant { radiance } => check_light(radiance, true, "a constant light")?,
@@ -88,12 +88,14 @@ pub struct LightPoint {
     pub normal: Vec3,
 }
 
-/// Colours must be finite and not negative, and so must what `rest` stands for be usable.
-fn check_light(colour: Rgb, rest: bool, what: &str) -> Result<()> {
-    if rest && colour.is_finite() && colour.min_element() >= 0.0 {
+/// An error that names `what` unless `colour` is finite and not negative and its other numbers, by `usable`, are fit.
+fn check_light(colour: Rgb, usable: bool, what: &str) -> Result<()> {
+    if usable && colour.is_finite() && colour.min_element() >= 0.0 {
         Ok(())
     } else {
-        Err(Error::Scene(format!("{what} has a number that is negative, infinite or undefined")))
+        Err(Error::Scene(format!(
+            "{what} has a negative, infinite or undefined number, or no direction"
+        )))
     }
 }
 

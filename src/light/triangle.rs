@@ -1,8 +1,8 @@
 //! Triangles that emit.
 
 use super::{LightPoint, check_light, wide_luminance};
-use crate::math::{Rgb, warp};
 use crate::Result;
+use crate::math::{Rgb, warp};
 use glam::Vec3;
 use std::f64::consts::PI;
 
@@ -76,6 +76,11 @@ impl AreaLight {
         let cos = self.emitting_cosine(-to_light.dot(self.normal.as_dvec3()) / squared.sqrt());
         let pdf = squared / (self.area * cos);
         if cos > 0.0 && pdf <= f32::MAX as f64 { pdf } else { 0.0 }
+    }
+
+    /// Radiance on the side that emits.
+    pub fn emitted(&self) -> Rgb {
+        self.radiance
     }
 
     /// Radiance leaving along `wo` (unit, away from the light).
