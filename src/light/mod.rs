@@ -1,1 +1,107 @@
-//! (to come)
+//! Where light comes from: emissive triangles, the surroundings, points and far suns, and one sampler over them all.
+//!
+//! Everything is in world space. Directions `wi` are unit vectors from the lit point towards the light; densities are
+//! per steradian there. A light is chosen by its power alone, never by where the lit point is ([`Lights`] says how
+//! powers compare), in O(1).
+
+mod choice;
+mod environment;
+mod lights;
+#[cfg(test)]
+mod tests;
+mod triangle;
+
+pub use environment::Environment;
+pub use lights::Lights;
+pub use triangle::EmissiveTriangle;
+
+use crate::math::{Rgb, luminance};
+use crate::{Error, Result};
+use glam::Vec3;
+
+/// A light that is not a surface.
+#[derive(Clone, Debug)]
+pub enum Light {
+    /// The same `radiance` (W/(sr·m²)) from everywhere.
+    Constant { radiance: Rgb },
+    /// A picture of the surroundings.
+    Environment(Box<Environment>),
+    /// `intensity` in W/sr, the same in all directions.
+    Point { position: Vec3, intensity: Rgb },
+    /// Light travels along `direction` (of any length but zero); `irradiance` in W/m² on a surface that faces it.
+    Directional { direction: Vec3, irradiance: Rgb },
+}
+
+impl Light {
+    /// The light with a unit direction; an error where a number is unusable.
+    fn checked(self) -> Result<Light> {
+        match self {
+            Light::Constant { radiance } => check_light(radiance, true, "a constant light")?,
+            Light::Environment(_) => {}
+            Light::Point { position, intensity } => {
+                check_light(intensity, position.is_finite(), "a point light")?;
+            }
+            Light::Directional { direction, irradiance } => {
+                let unit = direction.as_dvec3().try_normalize();
+                check_light(irradiance, unit.is_some(), "a directional light")?;
+                let direction = unit.map_or(direction, |d| d.as_vec3());
+                return Ok(Light::Directional { direction, irradiance });
+            }
+        }
+        Ok(self)
+    }
+
+    /// Radiance from `wi`, in W/(sr·m²); 0 for delta lights, which no direction meets.
+    fn radiance(&self, wi: Vec3) -> Rgb {
+        match self {
+            Light::Constant { radiance } => *radiance,
+            Light::Environment(environment) => environment.radiance(wi),
+            Light::Point { .. } | Light::Directional { .. } => Rgb::ZERO,
+        }
+    }
+}
+
+/// What next-event estimation gets: the contribution of the light is f(wo, wi)·|cosθi|·`radiance`/`pdf` where nothing
+/// stands between.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit, from the lit point to the light.
+    pub wi: Vec3,
+    /// From the lit point to the light along `wi`; infinite for the surroundings and directional lights.
+    pub distance: f32,
+    /// Radiance from `wi`, W/(sr·m²). For a delta light the irradiance (W/m²) on a surface that faces it.
+    pub radiance: Rgb,
+    /// Density of `wi` per steradian, the choice of the light included. For a delta light the probability of its choice.
+    /// Positive and finite.
+    pub pdf: f32,
+    /// Whether no direction drawn otherwise can meet the light (it takes no part in MIS).
+    pub delta: bool,
+    /// The point on the emissive triangle, so that a shadow ray can be ended before it; `None` for other lights.
+    pub surface: Option<LightPoint>,
+}
+
+/// A point on an emissive triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightPoint {
+    pub point: Vec3,
+    /// Unit geometric normal by the winding of the corners; an emitter with two sides may be seen from behind.
+    pub normal: Vec3,
+}
+
+/// An error that names `what` unless `colour` is finite and not negative and its other numbers, by `usable`, are fit.
+fn check_light(colour: Rgb, usable: bool, what: &str) -> Result<()> {
+    if usable && colour.is_finite() && colour.min_element() >= 0.0 {
+        Ok(())
+    } else {
+        Err(Error::Scene(format!(
+            "{what} has a negative, infinite or undefined number, or no direction"
+        )))
+    }
+}
+
+/// Luminance in double precision: powers are summed over lights that may differ by twenty orders of magnitude.
+fn wide_luminance(c: Rgb) -> f64 {
+    let largest = c.max_element();
+    // scaled, so that neither faint nor strong colours leave the range of an f32
+    if largest > 0.0 { luminance(c / largest) as f64 * largest as f64 } else { 0.0 }
+}

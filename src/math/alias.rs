@@ -69,6 +69,22 @@ impl AliasTable {
         }
     }
 
+    /// [`Self::sample`] with a number of more bits: 24 of them give an index rarer than 2⁻²⁴ a wrong share or none,
+    /// and leave a coarse rest in a long table. The rest may choose from a further table.
+    #[inline]
+    pub fn sample_wide(&self, u: f64) -> (usize, f64) {
+        let scaled = u * self.bins.len() as f64;
+        let i = (scaled as usize).min(self.bins.len() - 1);
+        let rest = (scaled - i as f64).clamp(0.0, super::ONE_MINUS_EPSILON_F64);
+        let (keep, alias) = (self.bins[i].keep as f64, self.bins[i].alias);
+        let (index, rest) = if rest < keep {
+            (i, rest / keep)
+        } else {
+            (alias as usize, (rest - keep) / (1.0 - keep))
+        };
+        (index, rest.min(super::ONE_MINUS_EPSILON_F64))
+    }
+
     /// Probability of index `i`.
     #[inline]
     pub fn pmf(&self, i: usize) -> f32 {
@@ -79,5 +95,41 @@ impl AliasTable {
     #[allow(clippy::len_without_is_empty, reason = "a table is never empty")]
     pub fn len(&self) -> usize {
         self.bins.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::AliasTable;
+
+    #[test]
+    fn wide_numbers_draw_rare_indices_at_their_rate() {
+        let table = AliasTable::new(&[1e-9, 1.0 - 1e-9]).unwrap();
+        let shares = [0.0, 0.4e-9, 0.99e-9].map(|u| table.sample_wide(u));
+        assert!(shares.iter().all(|s| s.0 == 0));
+        assert!((shares[1].1 - 0.4).abs() < 1e-3, "the rest is {}", shares[1].1);
+        assert_eq!(table.sample_wide(1.01e-9).0, 1);
+        // a number of 24 bits draws it sixty times too often
+        assert_eq!(table.sample(0.0).0, 0);
+        assert_eq!(table.sample(2f32.powi(-24)).0, 1);
+    }
+
+    #[test]
+    fn wide_numbers_draw_by_weight_and_leave_a_uniform_rest() {
+        let weights = [3.0, 0.0, 1.0, 5.0, 0.5];
+        let table = AliasTable::new(&weights).unwrap();
+        let n = 1_000_000;
+        let (mut counts, mut rests) = ([0.0; 5], [0.0; 5]);
+        for k in 0..n {
+            let (i, rest) = table.sample_wide((k as f64 + 0.5) / n as f64);
+            assert!((0.0..1.0).contains(&rest));
+            counts[i] += 1.0;
+            rests[i] += rest;
+        }
+        for (i, weight) in weights.iter().enumerate() {
+            assert!((counts[i] / n as f64 - weight / 9.5).abs() < 1e-5);
+            assert!(counts[i] == 0.0 || (rests[i] / counts[i] - 0.5).abs() < 1e-4);
+        }
+        assert!(weights[table.sample_wide(crate::math::ONE_MINUS_EPSILON_F64).0] > 0.0);
     }
 }

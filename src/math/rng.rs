@@ -35,6 +35,13 @@ impl Rng {
         (self.next_u32() >> 8) as f32 * (1.0 / 16_777_216.0)
     }
 
+    /// Uniform in [0, 1), in steps of 2⁻⁵³, for what 24 bits are too few.
+    #[inline]
+    pub fn f64(&mut self) -> f64 {
+        let high = (self.next_u32() as u64) << 32;
+        ((high | self.next_u32() as u64) >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
+    }
+
     /// Two independent uniforms in [0, 1).
     #[inline]
     pub fn f32x2(&mut self) -> [f32; 2] {

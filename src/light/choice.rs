@@ -1,0 +1,33 @@
+//! Which light is sampled. This is the one place that a choice which knows the lit point (a light hierarchy) replaces.
+
+use crate::math::alias::AliasTable;
+
+/// Chooses a light with probability proportional to its power.
+#[derive(Clone, Debug)]
+pub(super) struct PowerChoice {
+    /// `None` where no light has power.
+    table: Option<AliasTable>,
+}
+
+impl PowerChoice {
+    /// Powers in W, finite and not negative.
+    pub fn new(powers: &[f64]) -> PowerChoice {
+        PowerChoice { table: AliasTable::new(powers) }
+    }
+
+    /// Index of a light and what is left of `u` as a fresh uniform number.
+    #[inline]
+    pub fn choose(&self, u: f64) -> Option<(usize, f64)> {
+        self.table.as_ref().map(|table| table.sample_wide(u))
+    }
+
+    /// Probability of a light.
+    #[inline]
+    pub fn pmf(&self, light: usize) -> f32 {
+        self.table.as_ref().map_or(0.0, |table| table.pmf(light))
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.table.is_none()
+    }
+}

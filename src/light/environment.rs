@@ -1,0 +1,218 @@
+//! Surroundings from a picture in latitude-longitude form.
+
+use super::{check_light, wide_luminance};
+use crate::math::Rgb;
+use crate::math::alias::AliasTable;
+use crate::{Error, Result};
+use glam::{Affine3A, DVec3, Mat3, Vec3};
+use std::f64::consts::{PI, TAU};
+
+/// Radiance from far away in every direction, from a picture.
+///
+/// In the light's own frame a direction (x, y, z) has u = atan2(x, −z)/2π, wrapped to [0, 1), and v = acos(y)/π.
+/// Column i of w has its centre at u = (i + ½)/w, and the picture repeats; row j of h lies at v = j/(h − 1), so that the
+/// first and the last row are the poles. In between radiance is bilinear in (u, v). This is the mapping of the plug-in
+/// `envmap` of Mitsuba 3.
+///
+/// Directions are drawn cell by cell, a cell being what four neighbouring pixels enclose: first a row of cells, then one
+/// in it, each with the probability of ∫ luminance dω over its bilinear radiance (dω = sinθ dθ dφ, in closed form), then
+/// uniformly by solid angle within. The density is thus constant in a cell and positive wherever there is radiance, and
+/// has no pole.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    width: usize,
+    height: usize,
+    pixels: Vec<Rgb>,
+    /// Orthonormal.
+    to_world: Mat3,
+    /// Chooses the row of cells; `None` for a black picture.
+    rows: Option<AliasTable>,
+    /// Chooses the cell in a row; `None` for black rows.
+    cells: Vec<Option<AliasTable>>,
+    /// 1/sr, per row: the inverse of one cell's solid angle.
+    inverse_solid_angle: Vec<f64>,
+    /// ∫ luminance dω over the sphere.
+    luminance_integral: f64,
+    negative_pixels: usize,
+}
+
+/// Where a direction falls: the cell and the position in it, in [0, 1]².
+struct Place {
+    column: usize,
+    row: usize,
+    s: f64,
+    t: f64,
+}
+
+impl Environment {
+    /// `pixels`: linear radiance, W/(sr·m²), row by row from +y, multiplied by `scale`. `to_world` must be a rotation,
+    /// with or without a mirroring; its translation means nothing to a light at infinity. Components below zero, which
+    /// filters leave in pictures, count as zero ([`Self::negative_pixels`]).
+    ///
+    /// An error where the picture has another size than it says or fewer than two rows, where a number is infinite or
+    /// undefined, and where `to_world` scales or shears.
+    pub fn new(
+        width: u32,
+        height: u32,
+        pixels: Vec<Rgb>,
+        scale: Rgb,
+        to_world: Affine3A,
+    ) -> Result<Environment> {
+        if width == 0 || height < 2 || pixels.len() as u64 != width as u64 * height as u64 {
+            let n = pixels.len();
+            return Err(fault(format!("{n} pixels for {width} × {height}; at least 1 × 2 needed")));
+        }
+        check_light(scale, true, "the scale of an environment")?;
+        let mut environment = Environment {
+            width: width as usize,
+            height: height as usize,
+            pixels,
+            to_world: orthonormal(to_world)?,
+            rows: None,
+            cells: Vec::new(),
+            inverse_solid_angle: Vec::new(),
+            luminance_integral: 0.0,
+            negative_pixels: 0,
+        };
+        environment.scale_pixels(scale)?;
+        environment.build_distribution();
+        Ok(environment)
+    }
+
+    /// How many pixels had a component below zero.
+    pub fn negative_pixels(&self) -> usize {
+        self.negative_pixels
+    }
+
+    /// ∫ luminance dω over the sphere, in W/m² by luminance.
+    pub fn luminance_integral(&self) -> f64 {
+        self.luminance_integral
+    }
+
+    /// Radiance from the unit direction `wi` (world space), W/(sr·m²).
+    pub fn radiance(&self, wi: Vec3) -> Rgb {
+        self.bilinear(&self.place(wi))
+    }
+
+    /// Density per steradian with which [`Self::sample`] draws the unit direction `wi` (world space).
+    pub fn pdf(&self, wi: Vec3) -> f32 {
+        let place = self.place(wi);
+        self.cell_pdf(place.row, place.column)
+    }
+
+    /// A direction in world space, its radiance and its density per steradian; `u_cell` chooses the cell, `u` the
+    /// direction in it. `None` for a black picture.
+    ///
+    /// Radiance and density are those of the chosen cell: a direction may fall into the neighbour by rounding, and the
+    /// neighbour's density may be smaller by orders of magnitude.
+    pub fn sample(&self, u_cell: f64, u: [f32; 2]) -> Option<(Vec3, Rgb, f32)> {
+        let (row, rest) = self.rows.as_ref()?.sample_wide(u_cell);
+        let (column, _) = self.cells[row].as_ref()?.sample_wide(rest);
+        let (s, c) = (u[0] as f64, u[1] as f64);
+        let (upper, lower) = (self.polar_angle(row).cos(), self.polar_angle(row + 1).cos());
+        let cos = upper + (lower - upper) * c;
+        let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
+        let t = (sin.atan2(cos) / self.polar_angle(1) - row as f64).clamp(0.0, 1.0);
+        let (sin_phi, cos_phi) = (TAU * (column as f64 + 0.5 + s) / self.width as f64).sin_cos();
+        let local = DVec3::new(sin_phi * sin, cos, -cos_phi * sin).as_vec3();
+        let radiance = self.bilinear(&Place { column, row, s, t });
+        Some((self.to_world * local, radiance, self.cell_pdf(row, column)))
+    }
+
+    fn scale_pixels(&mut self, scale: Rgb) -> Result<()> {
+        for (i, pixel) in self.pixels.iter_mut().enumerate() {
+            let scaled = *pixel * scale;
+            if !scaled.is_finite() {
+                let (x, y) = (i % self.width, i / self.width);
+                return Err(fault(format!("the pixel in column {x} of row {y} is {pixel}")));
+            }
+            self.negative_pixels += (scaled.min_element() < 0.0) as usize;
+            *pixel = scaled.max(Rgb::ZERO);
+        }
+        Ok(())
+    }
+
+    fn build_distribution(&mut self) {
+        let mut upper = self.row_luminance(0);
+        let mut sums = Vec::with_capacity(self.height - 1);
+        for row in 0..self.height - 1 {
+            let lower = self.row_luminance(row + 1);
+            let [a, b] = self.corner_weights(row);
+            let right = |column: usize| (column + 1) % self.width;
+            // the mean of two corners: radiance is linear in u, and dω does not depend on it
+            let mean = |values: &[f64], i: usize| 0.5 * (values[i] + values[right(i)]);
+            let weights: Vec<f64> =
+                (0..self.width).map(|i| a * mean(&upper, i) + b * mean(&lower, i)).collect();
+            sums.push(weights.iter().sum::<f64>());
+            self.cells.push(AliasTable::new(&weights));
+            self.inverse_solid_angle.push(1.0 / (a + b));
+            upper = lower;
+        }
+        self.luminance_integral = sums.iter().sum();
+        self.rows = AliasTable::new(&sums);
+    }
+
+    fn row_luminance(&self, row: usize) -> Vec<f64> {
+        let start = row * self.width;
+        self.pixels[start..start + self.width].iter().map(|&p| wide_luminance(p)).collect()
+    }
+
+    /// ∫ (1 − t) dω and ∫ t dω over a cell of a row, t running from 0 at its upper edge to 1 at its lower: what upper
+    /// and lower corners weigh. They add up to the cell's solid angle.
+    fn corner_weights(&self, row: usize) -> [f64; 2] {
+        let (theta0, theta1) = (self.polar_angle(row), self.polar_angle(row + 1));
+        let slope = (theta1.sin() - theta0.sin()) / self.polar_angle(1);
+        let width = TAU / self.width as f64;
+        [width * (theta0.cos() - slope), width * (slope - theta1.cos())]
+    }
+
+    /// θ of a row of pixels, in [0, π].
+    fn polar_angle(&self, row: usize) -> f64 {
+        PI * row as f64 / (self.height - 1) as f64
+    }
+
+    fn cell_pdf(&self, row: usize, column: usize) -> f32 {
+        let (Some(rows), Some(cells)) = (&self.rows, &self.cells[row]) else { return 0.0 };
+        let pmf = rows.pmf(row) as f64 * cells.pmf(column) as f64;
+        (pmf * self.inverse_solid_angle[row]) as f32
+    }
+
+    fn place(&self, wi: Vec3) -> Place {
+        let d = (self.to_world.transpose() * wi).as_dvec3();
+        let u = d.x.atan2(-d.z) / TAU - 0.5 / self.width as f64;
+        let x = (u - u.floor()) * self.width as f64;
+        // the arctangent resolves directions near the poles, which the arccosine does not
+        let y = d.x.hypot(d.z).atan2(d.y) / self.polar_angle(1);
+        let column = (x as usize).min(self.width - 1);
+        let row = (y as usize).min(self.height - 2);
+        let (s, t) = (x - column as f64, (y - row as f64).min(1.0));
+        Place { column, row, s, t }
+    }
+
+    fn bilinear(&self, place: &Place) -> Rgb {
+        let (s, t) = (place.s as f32, place.t as f32);
+        let right = (place.column + 1) % self.width;
+        let between = |row: usize| {
+            let row = &self.pixels[row * self.width..][..self.width];
+            row[place.column].lerp(row[right], s)
+        };
+        between(place.row).lerp(between(place.row + 1), t)
+    }
+}
+
+/// The linear part of `transform` without what rounding did to it.
+fn orthonormal(transform: Affine3A) -> Result<Mat3> {
+    let m = Mat3::from(transform.matrix3);
+    let gram = m.transpose() * m;
+    if !gram.abs_diff_eq(Mat3::IDENTITY, 1e-3) {
+        return Err(fault("its transform is not a rotation".into()));
+    }
+    let x = m.x_axis.normalize();
+    let y = (m.y_axis - x * x.dot(m.y_axis)).normalize();
+    let z = x.cross(y) * m.determinant().signum();
+    Ok(Mat3::from_cols(x, y, z))
+}
+
+fn fault(message: String) -> Error {
+    Error::Scene(format!("environment: {message}"))
+}

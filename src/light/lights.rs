@@ -1,0 +1,178 @@
+//! All lights of a scene, and the one sampler over them.
+
+use super::choice::PowerChoice;
+use super::triangle::{AreaLight, EmissiveTriangle};
+use super::{Light, LightSample, wide_luminance};
+use crate::math::{Rgb, warp};
+use crate::{Error, Result};
+use glam::Vec3;
+use rustc_hash::FxHashMap;
+use std::f64::consts::PI;
+
+/// All lights of a scene.
+///
+/// A light is chosen with probability proportional to the luminance of its power in watts: L·π·A for each emitting side
+/// of a triangle; 4π·I for a point; and what reaches a scene whose bounding sphere has the radius R, πR²·∫L dω for the
+/// surroundings (4π²R²·L where constant) and πR²·E for a directional light. Only ratios matter, so a common factor on
+/// all emission changes nothing. Distance and orientation are ignored: far lights get as many samples as near ones.
+#[derive(Clone, Debug)]
+pub struct Lights {
+    /// Indices of the choice: first the triangles, then `others`.
+    triangles: Vec<AreaLight>,
+    others: Vec<Light>,
+    /// Light by (mesh, triangle).
+    ids: FxHashMap<(u32, u32), u32>,
+    choice: PowerChoice,
+}
+
+impl Lights {
+    /// `scene_radius`: of a sphere around all surfaces, which sets how far lights at infinity compare with near ones.
+    /// Triangles without area or radiance are left out. An error where a number is negative, infinite or undefined, or
+    /// where a triangle is named twice.
+    pub fn build(
+        triangles: &[EmissiveTriangle],
+        others: Vec<Light>,
+        scene_radius: f32,
+    ) -> Result<Lights> {
+        if !(scene_radius.is_finite() && scene_radius >= 0.0) {
+            return Err(Error::Scene(format!("the scene has the radius {scene_radius}")));
+        }
+        let others = others.into_iter().map(Light::checked).collect::<Result<Vec<_>>>()?;
+        let mut ids = FxHashMap::default();
+        let mut areas = Vec::new();
+        for t in triangles {
+            let Some(area) = AreaLight::new(t)? else { continue };
+            if ids.insert((t.mesh, t.triangle), areas.len() as u32).is_some() {
+                let (mesh, triangle) = (t.mesh, t.triangle);
+                let message = format!("triangle {triangle} of mesh {mesh} is a light twice");
+                return Err(Error::Scene(message));
+            }
+            areas.push(area);
+        }
+        let section = PI * (scene_radius as f64).powi(2);
+        let far = others.iter().map(|light| power(light, section));
+        let powers: Vec<f64> = areas.iter().map(AreaLight::power).chain(far).collect();
+        Ok(Lights { triangles: areas, others, ids, choice: PowerChoice::new(&powers) })
+    }
+
+    /// Whether there is nothing to sample.
+    pub fn is_empty(&self) -> bool {
+        self.choice.is_empty()
+    }
+
+    /// The light that triangle `triangle` of mesh `mesh` is, if it is one.
+    pub fn triangle_light(&self, mesh: u32, triangle: u32) -> Option<u32> {
+        self.ids.get(&(mesh, triangle)).copied()
+    }
+
+    /// A direction from `p` to a light. `u_choice` chooses the light (and a cell of the surroundings) and needs more
+    /// bits than an `f32` has where powers differ by more than 10⁵; `u` chooses the point on it. All in [0, 1).
+    /// `None` where the chosen light sends nothing to `p`: that sample counts as zero.
+    pub fn sample(&self, p: Vec3, u_choice: f64, u: [f32; 2]) -> Option<LightSample> {
+        let (index, rest) = self.choice.choose(u_choice)?;
+        let pmf = self.choice.pmf(index);
+        let sample = match index.checked_sub(self.triangles.len()) {
+            None => self.sample_triangle(index, p, u),
+            Some(k) => match &self.others[k] {
+                Light::Point { position, intensity } => sample_point(p, *position, *intensity, pmf),
+                Light::Directional { direction, irradiance } => {
+                    Some(far_sample(-*direction, *irradiance, pmf, true))
+                }
+                Light::Constant { radiance } => {
+                    let wi = warp::square_to_uniform_sphere(u);
+                    Some(self.with_others(k, wi, *radiance, pmf * warp::UNIFORM_SPHERE_PDF))
+                }
+                Light::Environment(environment) => environment
+                    .sample(rest, u)
+                    .map(|(wi, radiance, pdf)| self.with_others(k, wi, radiance, pmf * pdf)),
+            },
+        };
+        sample.filter(|s| s.pdf > 0.0 && s.pdf.is_finite() && s.radiance.is_finite())
+    }
+
+    /// Radiance that the triangle `light` (from [`Self::triangle_light`]) sends along `wo`, unit, away from it.
+    pub fn triangle_radiance(&self, light: u32, wo: Vec3) -> Rgb {
+        self.triangles[light as usize].radiance(wo)
+    }
+
+    /// Density per steradian with which [`Self::sample`] from `p` draws the point `y` of the triangle `light` (from
+    /// [`Self::triangle_light`]), the choice of the light included: pmf·d²/(A·cosθ). 0 where it never would.
+    pub fn pdf_triangle(&self, light: u32, p: Vec3, y: Vec3) -> f32 {
+        let pmf = self.choice.pmf(light as usize) as f64;
+        let pdf = (pmf * self.triangles[light as usize].pdf(p, y)) as f32;
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// Radiance of all surroundings together from `wi` (unit), for a ray that leaves the scene.
+    pub fn environment_radiance(&self, wi: Vec3) -> Rgb {
+        self.others.iter().map(|light| light.radiance(wi)).sum()
+    }
+
+    /// Density per steradian with which [`Self::sample`] draws `wi` (unit) as a direction to the surroundings, the
+    /// choice of the light included.
+    pub fn pdf_environment(&self, wi: Vec3) -> f32 {
+        (0..self.others.len()).map(|k| self.pdf_other(k, wi)).sum()
+    }
+
+    fn pdf_other(&self, k: usize, wi: Vec3) -> f32 {
+        let pdf = match &self.others[k] {
+            Light::Constant { .. } => warp::UNIFORM_SPHERE_PDF,
+            Light::Environment(environment) => environment.pdf(wi),
+            Light::Point { .. } | Light::Directional { .. } => return 0.0,
+        };
+        self.choice.pmf(self.triangles.len() + k) * pdf
+    }
+
+    /// One draw from the mixture of all surroundings: they shine from the same directions, so their radiances and their
+    /// densities add. `radiance` and `pdf` are those of the one that was drawn from.
+    fn with_others(&self, drawn: usize, wi: Vec3, radiance: Rgb, pdf: f32) -> LightSample {
+        let (mut radiance, mut pdf) = (radiance, pdf);
+        for (k, light) in self.others.iter().enumerate().filter(|&(k, _)| k != drawn) {
+            radiance += light.radiance(wi);
+            pdf += self.pdf_other(k, wi);
+        }
+        far_sample(wi, radiance, pdf, false)
+    }
+
+    fn sample_triangle(&self, index: usize, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        let light = &self.triangles[index];
+        // where `p` is behind, the density is 0 and the sample is dropped
+        let surface = light.sample(u);
+        let (wi, distance) = unit_and_length(surface.point - p)?;
+        Some(LightSample {
+            wi,
+            distance,
+            radiance: light.emitted(),
+            pdf: self.pdf_triangle(index as u32, p, surface.point),
+            delta: false,
+            surface: Some(surface),
+        })
+    }
+}
+
+/// Luminance of the power in W; `section`: πR² of the scene.
+fn power(light: &Light, section: f64) -> f64 {
+    match light {
+        Light::Constant { radiance } => section * 4.0 * PI * wide_luminance(*radiance),
+        Light::Environment(environment) => section * environment.luminance_integral(),
+        Light::Point { intensity, .. } => 4.0 * PI * wide_luminance(*intensity),
+        Light::Directional { irradiance, .. } => section * wide_luminance(*irradiance),
+    }
+}
+
+fn sample_point(p: Vec3, position: Vec3, intensity: Rgb, pmf: f32) -> Option<LightSample> {
+    let (wi, distance) = unit_and_length(position - p)?;
+    let radiance = intensity / distance / distance;
+    Some(LightSample { wi, distance, radiance, pdf: pmf, delta: true, surface: None })
+}
+
+fn far_sample(wi: Vec3, radiance: Rgb, pdf: f32, delta: bool) -> LightSample {
+    LightSample { wi, distance: f32::INFINITY, radiance, pdf, delta, surface: None }
+}
+
+/// Without loss where the square of the length is beyond an `f32`.
+fn unit_and_length(v: Vec3) -> Option<(Vec3, f32)> {
+    let wide = v.as_dvec3();
+    let length = wide.length();
+    (length > 0.0 && length.is_finite()).then(|| ((wide / length).as_vec3(), length as f32))
+}

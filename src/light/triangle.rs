@@ -1,0 +1,98 @@
+//! Triangles that emit.
+
+use super::{LightPoint, check_light, wide_luminance};
+use crate::Result;
+use crate::math::{Rgb, warp};
+use glam::Vec3;
+use std::f64::consts::PI;
+
+/// A triangle that emits the same radiance everywhere and in all directions of one side, or of both.
+#[derive(Clone, Copy, Debug)]
+pub struct EmissiveTriangle {
+    /// Which triangle of which mesh of the scene this is: what a ray reports when it hits.
+    pub mesh: u32,
+    pub triangle: u32,
+    /// World space, counter-clockwise seen from the side that emits.
+    pub corners: [Vec3; 3],
+    /// W/(sr·m²).
+    pub radiance: Rgb,
+    pub two_sided: bool,
+}
+
+/// An emissive triangle, ready to be sampled.
+#[derive(Clone, Debug)]
+pub(super) struct AreaLight {
+    origin: Vec3,
+    edges: [Vec3; 2],
+    /// Unit, by the winding.
+    normal: Vec3,
+    /// m²; double precision, so that no triangle is too small.
+    area: f64,
+    radiance: Rgb,
+    two_sided: bool,
+}
+
+impl AreaLight {
+    /// `None` for a triangle that emits nothing: without area or without radiance.
+    pub fn new(t: &EmissiveTriangle) -> Result<Option<AreaLight>> {
+        let edges = [t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]];
+        let finite = t.corners.iter().chain(&edges).all(|c| c.is_finite());
+        let name = format!("emissive triangle {} of mesh {}", t.triangle, t.mesh);
+        check_light(t.radiance, finite, &name)?;
+        let [a, b, c] = t.corners.map(|c| c.as_dvec3());
+        let cross = (b - a).cross(c - a);
+        let Some(normal) = cross.try_normalize() else { return Ok(None) };
+        if t.radiance == Rgb::ZERO {
+            return Ok(None);
+        }
+        Ok(Some(AreaLight {
+            origin: t.corners[0],
+            edges,
+            normal: normal.as_vec3(),
+            area: 0.5 * cross.length(),
+            radiance: t.radiance,
+            two_sided: t.two_sided,
+        }))
+    }
+
+    /// W: luminance · π · area · sides.
+    pub fn power(&self) -> f64 {
+        let sides = if self.two_sided { 2.0 } else { 1.0 };
+        wide_luminance(self.radiance) * PI * self.area * sides
+    }
+
+    /// A point, uniform by area.
+    pub fn sample(&self, u: [f32; 2]) -> LightPoint {
+        let [b1, b2] = warp::square_to_triangle(u);
+        let point = self.origin + self.edges[0] * b1 + self.edges[1] * b2;
+        LightPoint { point, normal: self.normal }
+    }
+
+    /// Density per steradian, seen from `p`, of the point `y` drawn uniformly by area: d²/(A·cosθ), with θ at the light.
+    /// 0 where `p` is behind or in the plane, or where the density is too large for an `f32`: nothing is drawn there.
+    pub fn pdf(&self, p: Vec3, y: Vec3) -> f64 {
+        let to_light = (y - p).as_dvec3();
+        let squared = to_light.length_squared();
+        let cos = self.emitting_cosine(-to_light.dot(self.normal.as_dvec3()) / squared.sqrt());
+        let pdf = squared / (self.area * cos);
+        if cos > 0.0 && pdf <= f32::MAX as f64 { pdf } else { 0.0 }
+    }
+
+    /// Radiance on the side that emits.
+    pub fn emitted(&self) -> Rgb {
+        self.radiance
+    }
+
+    /// Radiance leaving along `wo` (unit, away from the light).
+    pub fn radiance(&self, wo: Vec3) -> Rgb {
+        if self.emitting_cosine(self.normal.dot(wo) as f64) > 0.0 {
+            self.radiance
+        } else {
+            Rgb::ZERO
+        }
+    }
+
+    fn emitting_cosine(&self, cos: f64) -> f64 {
+        if self.two_sided { cos.abs() } else { cos }
+    }
+}
