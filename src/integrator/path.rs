@@ -222,7 +222,7 @@ impl Walk<'_, '_> {
         depth: u32,
         rng: &mut Rng,
     ) {
-        let (u_choice, u) = (rng.f32(), rng.f32x2());
+        let (u_choice, u) = (rng.f64(), rng.f32x2());
         let Some(light) = self.integrator.scene.lights().sample(si.p, u_choice, u) else { return };
         let (f, mixture_pdf) = mixture.eval_pdf(si, wo, light.wi);
         if f == Rgb::ZERO {

@@ -15,6 +15,7 @@ pub use environment::Environment;
 pub use lights::Lights;
 pub use triangle::EmissiveTriangle;
 
+use crate::embree::Ray;
 use crate::math::{Rgb, luminance};
 use crate::{Error, Result};
 use glam::Vec3;
@@ -78,6 +79,25 @@ pub struct LightSample {
     pub delta: bool,
     /// The point on the emissive triangle, so that a shadow ray can be ended before it; `None` for other lights.
     pub surface: Option<LightPoint>,
+}
+
+/// Share of the way to a light that a shadow ray leaves out at its end, so that the light does not shadow itself.
+const SHADOW_END: f32 = 1e-4;
+
+impl LightSample {
+    /// The ray from `origin`, just off the lit surface, that must reach the light.
+    #[inline]
+    pub fn shadow_ray(&self, origin: Vec3) -> Ray {
+        match self.surface {
+            None => Ray { org: origin, dir: self.wi, tfar: self.distance * (1.0 - SHADOW_END) },
+            Some(light) => {
+                // aimed anew: the origin is not quite the point that the light was drawn from
+                let way = light.point - origin;
+                let distance = way.length();
+                Ray { org: origin, dir: way / distance, tfar: distance * (1.0 - SHADOW_END) }
+            }
+        }
+    }
 }
 
 /// A point on an emissive triangle.

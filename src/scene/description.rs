@@ -280,11 +280,13 @@ pub struct RenderSettings {
     pub time: Option<f64>,
     pub seed: u64,
     pub combine: Combine,
+    /// Watertight ray queries: no ray slips between two triangles that share an edge, for about a quarter of the speed.
+    pub robust: bool,
 }
 
 impl Default for RenderSettings {
     fn default() -> RenderSettings {
-        RenderSettings { spp: 64, time: None, seed: 0, combine: Combine::InverseVariance }
+        RenderSettings { spp: 64, time: None, seed: 0, combine: Combine::InverseVariance, robust: false }
     }
 }
 

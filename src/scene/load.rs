@@ -1,0 +1,218 @@
+//! Loading: a description becomes a scene.
+
+use super::description::{LightDescription, MaterialDescription, MeshDescription, SceneDescription};
+use super::material::Material;
+use super::obj;
+use super::texture::TextureCache;
+use super::{Camera, Scene};
+use crate::embree::{Device, SceneBuilder};
+use crate::film::exr::read_rgb;
+use crate::geometry::Mesh;
+use crate::light::{EmissiveTriangle, Environment, Light, Lights};
+use crate::math::Rgb;
+use crate::{Error, Result};
+use glam::{Affine3A, Mat3A, Vec3};
+use rustc_hash::{FxHashMap, FxHasher};
+use std::hash::Hasher;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// What is gathered from the files before anything is built.
+#[derive(Default)]
+struct Gathered {
+    meshes: Vec<Mesh>,
+    materials: Vec<MaterialDescription>,
+    /// Index in `materials` by library and name: two models may use one name for two things.
+    ids: FxHashMap<(Option<usize>, String), u32>,
+    warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Loads all that the description names and builds the acceleration structure with `threads` threads (0: all).
+    /// Also returns warnings for the user.
+    ///
+    /// # Errors
+    /// Missing and malformed files, with file and line; a scene without triangles.
+    pub fn load(description: &SceneDescription, threads: usize) -> Result<(Scene, Vec<String>)> {
+        let mut gathered = Gathered::default();
+        for (k, mesh) in description.meshes.iter().enumerate() {
+            gathered.add_mesh(k, mesh, description)?;
+        }
+        let Gathered { meshes, materials, mut warnings, .. } = gathered;
+        if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
+            return Err(Error::Scene("the scene has no triangles".into()));
+        }
+        let mut cache = TextureCache::default();
+        let resolved = materials.iter().map(|m| Material::new(m, &mut cache)).collect::<Result<Vec<_>>>()?;
+        let textures = Arc::new(cache.into_textures());
+        let meshes: Vec<Arc<Mesh>> = meshes.into_iter().map(Arc::new).collect();
+
+        let start = Instant::now();
+        let device = Device::new(threads)?;
+        let mut builder = SceneBuilder::new(&device, description.render.robust)?;
+        for mesh in &meshes {
+            let opacity = super::material::opacity_test(mesh, &resolved, &textures);
+            builder.add_mesh(mesh.clone(), opacity)?;
+        }
+        let geometry = builder.commit()?;
+        let build_seconds = start.elapsed().as_secs_f64();
+
+        let bounds = geometry.bounds().ok_or_else(|| Error::Scene("the scene has no extent".into()))?;
+        let lights = lights(description, &meshes, &resolved, bounds, &mut warnings)?;
+        let camera = description.camera.clone().unwrap_or_else(|| Camera::for_bounds(bounds.0, bounds.1));
+        let film = &description.film;
+        let scene = Scene {
+            camera: Camera::new(&camera, film.width, film.height, film.filter)?,
+            geometry,
+            hash: hash(description, &meshes, &materials),
+            meshes,
+            materials: resolved,
+            textures,
+            lights,
+            bounds,
+            build_seconds,
+        };
+        Ok((scene, warnings))
+    }
+}
+
+impl Gathered {
+    /// Loads one model, moves it into place, and gives its materials their numbers in the scene.
+    fn add_mesh(&mut self, model: usize, place: &MeshDescription, scene: &SceneDescription) -> Result<()> {
+        let loaded = obj::load(&place.path)?;
+        self.warnings.extend(loaded.warnings.iter().map(ToString::to_string));
+        let numbers: Vec<u32> = loaded
+            .material_names
+            .iter()
+            .map(|name| self.material(model, place.material.as_ref().unwrap_or(name), &loaded.materials, scene))
+            .collect();
+        let mut mesh = loaded.mesh;
+        mesh.materials.iter_mut().for_each(|m| *m = numbers[*m as usize]);
+        transform(&mut mesh, &place.transform);
+        // Embree reads a vertex with 16 bytes, four more than the last one has.
+        mesh.positions.reserve_exact(1);
+        self.meshes.push(mesh);
+        Ok(())
+    }
+
+    /// A name means what the scene file says of it, else what the model's own library says, else grey.
+    fn material(
+        &mut self,
+        model: usize,
+        name: &str,
+        library: &std::collections::BTreeMap<String, MaterialDescription>,
+        scene: &SceneDescription,
+    ) -> u32 {
+        let (owner, description) = match (scene.materials.get(name), library.get(name)) {
+            (Some(named), _) => (None, named.clone()),
+            (None, Some(own)) => (Some(model), own.clone()),
+            (None, None) => (Some(model), MaterialDescription::default()),
+        };
+        let materials = &mut self.materials;
+        *self.ids.entry((owner, name.to_string())).or_insert_with(|| {
+            materials.push(description);
+            materials.len() as u32 - 1
+        })
+    }
+}
+
+/// Moves a mesh into world space. A mirroring turns the corners' order round, so that the winding keeps its meaning.
+fn transform(mesh: &mut Mesh, to_world: &Affine3A) {
+    if *to_world == Affine3A::IDENTITY {
+        return;
+    }
+    mesh.positions.iter_mut().for_each(|p| *p = to_world.transform_point3(Vec3::from(*p)).into());
+    let mirrored = to_world.matrix3.determinant() < 0.0;
+    if let Some(normals) = &mut mesh.normals {
+        let inverse_transpose: Mat3A = to_world.matrix3.inverse().transpose();
+        let turn = |n: Vec3| (inverse_transpose * n).try_normalize().unwrap_or(Vec3::ZERO);
+        normals.values.iter_mut().for_each(|n| *n = turn(Vec3::from(*n)).into());
+        normals.indices.iter_mut().filter(|_| mirrored).for_each(|t| t.swap(1, 2));
+    }
+    if mirrored {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        mesh.uvs.iter_mut().flat_map(|uvs| &mut uvs.indices).for_each(|t| t.swap(1, 2));
+    }
+}
+
+fn lights(
+    description: &SceneDescription,
+    meshes: &[Arc<Mesh>],
+    materials: &[Material],
+    bounds: (Vec3, Vec3),
+    warnings: &mut Vec<String>,
+) -> Result<Lights> {
+    let emissive: Vec<EmissiveTriangle> =
+        meshes.iter().enumerate().flat_map(|(k, mesh)| emissive_triangles(k as u32, mesh, materials)).collect();
+    let mut others = description.lights.iter().map(|light| far_light(light, warnings)).collect::<Result<Vec<_>>>()?;
+    if emissive.is_empty() && others.is_empty() {
+        warnings.push("nothing emits light in this scene: a constant sky of radiance 1 is added".into());
+        others.push(Light::Constant { radiance: Rgb::ONE });
+    }
+    Lights::build(&emissive, others, 0.5 * (bounds.1 - bounds.0).length())
+}
+
+fn emissive_triangles<'a>(
+    k: u32,
+    mesh: &'a Mesh,
+    materials: &'a [Material],
+) -> impl Iterator<Item = EmissiveTriangle> + 'a {
+    let emits = materials.iter().any(|m| m.emits());
+    let candidates = if emits { &mesh.materials[..] } else { &[] };
+    candidates.iter().enumerate().filter(|(_, m)| materials[**m as usize].emits()).map(move |(triangle, m)| {
+        let material = &materials[*m as usize];
+        EmissiveTriangle {
+            mesh: k,
+            triangle: triangle as u32,
+            corners: mesh.triangles[triangle].map(|i| Vec3::from(mesh.positions[i as usize])),
+            radiance: material.emission(true),
+            two_sided: material.emission_two_sided(),
+        }
+    })
+}
+
+fn far_light(light: &LightDescription, warnings: &mut Vec<String>) -> Result<Light> {
+    Ok(match light {
+        LightDescription::Constant { radiance } => Light::Constant { radiance: *radiance },
+        LightDescription::Point { position, intensity } => {
+            Light::Point { position: *position, intensity: *intensity }
+        }
+        LightDescription::Directional { direction, irradiance } => {
+            Light::Directional { direction: *direction, irradiance: *irradiance }
+        }
+        LightDescription::Environment { path, scale, to_world } => {
+            let image = read_rgb(path)?;
+            let (width, height) = (image.width as u32, image.height as u32);
+            let environment = Environment::new(width, height, image.data, *scale, *to_world)
+                .map_err(|error| Error::file(path, error.to_string()))?;
+            if environment.negative_pixels() > 0 {
+                let n = environment.negative_pixels();
+                warnings.push(format!("{}: {n} pixels have negative radiance, which counts as 0", path.display()));
+            }
+            Light::Environment(Box::new(environment))
+        }
+    })
+}
+
+/// Over everything that decides what the picture shows; settings that only decide how fast it is found are left out.
+fn hash(description: &SceneDescription, meshes: &[Arc<Mesh>], materials: &[MaterialDescription]) -> u64 {
+    let mut hasher = FxHasher::default();
+    let film = &description.film;
+    let text = format!("{:?} {}x{} {:?}", description.camera, film.width, film.height, film.filter);
+    hasher.write(text.as_bytes());
+    // Names of files are left out: a scene keeps its hash when its folder is moved.
+    materials.iter().for_each(|m| hasher.write(file_names(format!("{m:?}")).as_bytes()));
+    description.lights.iter().for_each(|l| hasher.write(file_names(format!("{l:?}")).as_bytes()));
+    for mesh in meshes {
+        mesh.positions.iter().flatten().for_each(|x| hasher.write_u32(x.to_bits()));
+        mesh.triangles.iter().flatten().for_each(|i| hasher.write_u32(*i));
+        mesh.materials.iter().for_each(|m| hasher.write_u32(*m));
+    }
+    hasher.finish()
+}
+
+/// Quoted paths cut down to the file's own name.
+fn file_names(text: String) -> String {
+    let cut = |quoted: &str| quoted.rsplit('/').next().unwrap_or_default().to_string();
+    text.split('"').enumerate().map(|(k, part)| if k % 2 == 1 { cut(part) } else { part.to_string() }).collect()
+}
