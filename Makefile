@@ -1,0 +1,38 @@
+# Two commands for a fresh Debian machine:
+#   make demo   installs what is missing, builds, renders scenes/door.toml with the guide on
+#   make test   runs all tests
+
+SHELL := /bin/bash
+CARGO := $(shell command -v cargo || echo $$HOME/.cargo/bin/cargo)
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+HEADERS := $(wildcard $(EMBREE_DIR)/include/embree[34]/rtcore.h /usr/include/embree[34]/rtcore.h /usr/local/include/embree[34]/rtcore.h)
+LIBCLANG := $(wildcard $(LIBCLANG_PATH)/libclang*.so* /usr/lib/llvm-*/lib/libclang*.so* /usr/lib/*/libclang-[0-9]*.so*)
+STDDEF := $(wildcard /usr/lib/llvm-*/lib/clang/*/include/stddef.h)
+
+.PHONY: demo build test check setup figures
+
+demo: build
+	mkdir -p out
+	target/release/phototaxis render scenes/door.toml --time 20 -o out/door.exr -o out/door.png
+	@echo "The picture is out/door.png; all layers are in out/door.exr."
+
+build: setup
+	$(CARGO) build --release --locked
+
+test: setup
+	$(CARGO) test --release --locked
+
+check: setup
+	$(CARGO) fmt --check
+	$(CARGO) clippy --release --locked --all-targets -- -D warnings
+
+# Embree, libclang (bindgen reads Embree's headers with it), a linker and Rust, each only where it is missing.
+setup:
+ifeq (,$(and $(HEADERS),$(LIBCLANG),$(STDDEF),$(shell command -v cc)))
+	$(SUDO) apt-get update
+	$(SUDO) apt-get install -y --no-install-recommends libembree-dev libclang-dev gcc libc6-dev ca-certificates curl
+endif
+ifeq (,$(wildcard $(CARGO)))
+	@echo "Rust is missing: installing it with rustup (https://rustup.rs) into $$HOME/.cargo"
+	curl --proto '=https' --tlsv1.2 -sSf https://sh.rustup.rs | sh -s -- -y --profile minimal --component rustfmt --component clippy
+endif

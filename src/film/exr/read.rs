@@ -1,0 +1,185 @@
+//! Reading of OpenEXR files that any program wrote.
+
+use super::Attribute;
+use crate::film::contain::{check_size, contain};
+use crate::film::image::Image;
+use crate::math::Rgb;
+use crate::{Error, Result};
+use ::exr::image::{AnyChannels, FlatImage, FlatSamples, Layer};
+use ::exr::meta::attribute::{IntegerBounds, Text};
+use ::exr::meta::header::Header;
+use ::exr::prelude::{ReadChannels, ReadLayers};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+
+/// Decoded pictures above this are refused: a film of 4096 × 2160 pixels with a hundred channels is 3.3 GiB.
+const MAX_BYTES: u64 = 4 << 30;
+
+/// All channels of a file, as large as its display window. What lies outside of a data window is 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExrFile {
+    pub width: usize,
+    pub height: usize,
+    /// By full name, row 0 on top.
+    pub channels: BTreeMap<String, Vec<f32>>,
+    /// Text, integer and float attributes of the first part, without those that the format itself defines.
+    pub attributes: BTreeMap<String, Attribute>,
+}
+
+impl ExrFile {
+    /// The channels `R`, `G`, `B` together, or the names of those that are missing.
+    fn rgb(&self) -> std::result::Result<Image, String> {
+        let missing: Vec<&str> =
+            ["R", "G", "B"].into_iter().filter(|&name| !self.channels.contains_key(name)).collect();
+        if !missing.is_empty() {
+            let has: Vec<&str> = self.channels.keys().map(String::as_str).collect();
+            return Err(format!("lacks channel {}; has {}", missing.join(", "), has.join(", ")));
+        }
+        let [r, g, b] = ["R", "G", "B"].map(|name| &self.channels[name]);
+        let data = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Rgb::new(r, g, b)).collect();
+        Ok(Image { width: self.width, height: self.height, data })
+    }
+}
+
+/// Reads every channel of the file at its largest resolution; half and integer samples become floats.
+///
+/// The channels of further parts get the part's name as prefix, unless they have it already.
+///
+/// # Errors
+/// All name the file: not an OpenEXR file, damaged or incomplete, deep or subsampled data, a side above 2¹⁶ pixels or
+/// more than 4 GiB when decoded, two channels of one name.
+pub fn read_layers(path: &Path) -> Result<ExrFile> {
+    read_limited(path, MAX_BYTES)
+}
+
+/// Reads the unprefixed channels `R`, `G` and `B`: a reference or an environment map.
+///
+/// # Errors
+/// As [`read_layers`], and where one of the channels is missing.
+pub fn read_rgb(path: &Path) -> Result<Image> {
+    read_layers(path)?.rgb().map_err(|message| Error::file(path, message))
+}
+
+/// [`read_layers`] with at most `max_bytes` of decoded floats.
+pub(crate) fn read_limited(path: &Path, max_bytes: u64) -> Result<ExrFile> {
+    let file = File::open(path).map_err(Error::io(path))?;
+    contain(path, || decode(path, BufReader::new(file), max_bytes))
+}
+
+fn decode(path: &Path, source: impl Read + Seek, max_bytes: u64) -> Result<ExrFile> {
+    let fault = |error: ::exr::error::Error| match error {
+        ::exr::error::Error::Io(source) => Error::io(path)(source),
+        error => Error::file(path, format!("not a readable OpenEXR file: {error}")),
+    };
+    let reader = ::exr::block::read(source, false).map_err(fault)?;
+    check_headers(path, reader.headers(), max_bytes)?;
+    // One thread only: a panic in the crate's own threads would end the process.
+    let picture = ::exr::image::read::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .non_parallel()
+        .from_chunks(reader)
+        .map_err(fault)?;
+    collect(picture).map_err(|message| Error::file(path, message))
+}
+
+fn check_headers(path: &Path, headers: &[Header], max_bytes: u64) -> Result<()> {
+    let mut bytes = 0u64;
+    for header in headers {
+        if header.deep {
+            return Err(Error::file(path, "deep data is not supported"));
+        }
+        let (display, stored) = (header.shared_attributes.display_window, header.data_window());
+        let mut pixels = 0;
+        for size in [display.size, stored.size] {
+            let (width, height) = (size.0 as u64, size.1 as u64);
+            check_size(path, (width, height), 0, max_bytes)?;
+            // Equal windows share their memory.
+            pixels = if display == stored { width * height } else { pixels + width * height };
+        }
+        bytes = bytes.saturating_add(4 * pixels * header.channels.list.len() as u64);
+        check_size(path, (1, 1), bytes, max_bytes)?;
+    }
+    Ok(())
+}
+
+fn collect(picture: FlatImage) -> std::result::Result<ExrFile, String> {
+    let window = picture.attributes.display_window;
+    let mut file = ExrFile {
+        width: window.size.0,
+        height: window.size.1,
+        channels: BTreeMap::new(),
+        attributes: BTreeMap::new(),
+    };
+    for (part, layer) in picture.layer_data.into_iter().enumerate() {
+        if part == 0 {
+            let readable =
+                |(name, value): (&Text, &_)| Some((name.to_string(), Attribute::from_file(value)?));
+            file.attributes = layer.attributes.other.iter().filter_map(readable).collect();
+        }
+        add_channels(&mut file, part, window, layer)?;
+    }
+    Ok(file)
+}
+
+fn add_channels(
+    file: &mut ExrFile,
+    part: usize,
+    window: IntegerBounds,
+    layer: Layer<AnyChannels<FlatSamples>>,
+) -> std::result::Result<(), String> {
+    let stored = layer.absolute_bounds();
+    let prefix = match (part, &layer.attributes.layer_name) {
+        (1.., Some(name)) => format!("{name}."),
+        _ => String::new(),
+    };
+    for channel in layer.channel_data.list {
+        let mut name = channel.name.to_string();
+        if !name.starts_with(&prefix) {
+            name.insert_str(0, &prefix);
+        }
+        let values = place(into_floats(channel.sample_data), stored, window);
+        if file.channels.insert(name.clone(), values).is_some() {
+            return Err(format!("channel {name} occurs twice"));
+        }
+    }
+    Ok(())
+}
+
+fn into_floats(samples: FlatSamples) -> Vec<f32> {
+    match samples {
+        FlatSamples::F32(values) => values,
+        FlatSamples::F16(values) => values.into_iter().map(|value| value.to_f32()).collect(),
+        FlatSamples::U32(values) => values.into_iter().map(|value| value as f32).collect(),
+    }
+}
+
+/// Moves the values of the window `stored` to where they lie in `window`: cropped, or surrounded by 0.
+fn place(values: Vec<f32>, stored: IntegerBounds, window: IntegerBounds) -> Vec<f32> {
+    if stored == window {
+        return values;
+    }
+    let mut placed = vec![0.0; window.size.area()];
+    // Offsets of the stored window from the other one; they fit, since either window ends below 2³⁰.
+    let (dx, dy) = (
+        stored.position.0 as i64 - window.position.0 as i64,
+        stored.position.1 as i64 - window.position.1 as i64,
+    );
+    let left = dx.max(0);
+    let right = (dx + stored.size.0 as i64).min(window.size.0 as i64);
+    if left >= right {
+        return placed;
+    }
+    for y in dy.max(0)..(dy + stored.size.1 as i64).min(window.size.1 as i64) {
+        let from = (y - dy) as usize * stored.size.0 + (left - dx) as usize;
+        let to = y as usize * window.size.0 + left as usize;
+        let count = (right - left) as usize;
+        placed[to..to + count].copy_from_slice(&values[from..from + count]);
+    }
+    placed
+}

@@ -1,0 +1,183 @@
+//! Pictures on surfaces.
+//!
+//! Conventions as of Mitsuba's `bitmap`: texel centres lie at (i + ½)/w, values are decoded to linear light before they
+//! are interpolated, the picture repeats. v points up, so (0, 0) is the lower left corner of the file's picture.
+
+mod load;
+#[cfg(test)]
+mod tests;
+mod texels;
+
+use super::description::ImageTexture;
+use crate::math::Rgb;
+use crate::{Error, Result};
+use rustc_hash::FxHashMap;
+use std::path::{Path, PathBuf};
+use texels::Texels;
+
+/// A picture in memory as it was stored in its file: 1 to 4 channels of 8 or 16 bits, or of floats.
+#[derive(Clone, Debug)]
+pub struct Texture {
+    texels: Texels,
+    mean: Rgb,
+    opaque: bool,
+}
+
+impl Texture {
+    /// Loads a PNG, JPEG or OpenEXR file; the content decides which, not the name.
+    ///
+    /// PNG and JPEG are taken as sRGB, OpenEXR (`R`, `G`, `B` or `Y`, and `A` if there) as linear.
+    ///
+    /// # Errors
+    /// All name the file: unreadable, of another format, damaged, a side above 2¹⁶ texels, above 1 GiB when decoded,
+    /// OpenEXR values that are not finite.
+    pub fn load(path: &Path) -> Result<Texture> {
+        load::load(path).map(Texture::new)
+    }
+
+    fn new(texels: Texels) -> Texture {
+        let (mean, opaque) = texels.summary();
+        Texture { texels, mean, opaque }
+    }
+
+    /// Linear colour at `uv`; bilinear, or of the texel that `uv` lies in. A coordinate that is not finite counts as 0.
+    pub fn color(&self, uv: [f32; 2], nearest: bool) -> Rgb {
+        self.interpolate(uv, nearest, |x, y| self.texels.color(x, y))
+    }
+
+    /// The alpha channel at `uv` where the picture has one, else the luminance of the values as they are stored, not
+    /// decoded from sRGB. In [0, 1] for 8 and 16 bits. Interpolated as [`Texture::color`].
+    pub fn scalar(&self, uv: [f32; 2], nearest: bool) -> f32 {
+        self.interpolate(uv, nearest, |x, y| self.texels.scalar(x, y))
+    }
+
+    /// Mean linear colour of all texels, which is also the mean of [`Texture::color`] over the unit square.
+    pub fn mean(&self) -> Rgb {
+        self.mean
+    }
+
+    /// Whether [`Texture::scalar`] is 1 everywhere.
+    pub fn is_opaque(&self) -> bool {
+        self.opaque
+    }
+
+    /// Memory that the texels take.
+    pub fn bytes(&self) -> usize {
+        self.texels.bytes()
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> [usize; 2] {
+        [self.texels.width, self.texels.height]
+    }
+
+    fn interpolate<T>(&self, uv: [f32; 2], nearest: bool, texel: impl Fn(usize, usize) -> T) -> T
+    where
+        T: Copy
+            + std::ops::Add<Output = T>
+            + std::ops::Sub<Output = T>
+            + std::ops::Mul<f32, Output = T>,
+    {
+        let (width, height) = (self.texels.width, self.texels.height);
+        let (u, v) = (fraction(uv[0]), fraction(uv[1]));
+        if nearest {
+            let column = (u * width as f32) as usize;
+            let row = (v * height as f32) as usize;
+            return texel(column.min(width - 1), height - 1 - row.min(height - 1));
+        }
+        let (left, right, s) = neighbours(u, width);
+        let (below, above, t) = neighbours(v, height);
+        let lerp = |a: T, b: T, t: f32| a + (b - a) * t;
+        let row = |y: usize| lerp(texel(left, height - 1 - y), texel(right, height - 1 - y), s);
+        lerp(row(below), row(above), t)
+    }
+}
+
+/// The part of `x` after the point, in [0, 1], so that the picture repeats.
+fn fraction(x: f32) -> f32 {
+    let fraction = x - x.floor();
+    if fraction.is_finite() { fraction } else { 0.0 }
+}
+
+/// The two texels of `count` whose centres enclose `x` in [0, 1], and the weight of the second.
+fn neighbours(x: f32, count: usize) -> (usize, usize, f32) {
+    // One texel further, so that the number to truncate is positive.
+    let x = x * count as f32 + 0.5;
+    let second = x as usize;
+    ((second + count - 1) % count, second % count, x - second as f32)
+}
+
+/// How a material uses a texture: a resolved [`ImageTexture`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureMap {
+    /// Of the texture in its [`TextureCache`].
+    pub index: usize,
+    scale: [f32; 2],
+    offset: [f32; 2],
+    nearest: bool,
+    tint: Rgb,
+}
+
+impl TextureMap {
+    /// Linear colour at the surface's `uv`, times the tint. `textures` as of [`TextureCache::into_textures`].
+    pub fn color(&self, textures: &[Texture], uv: [f32; 2]) -> Rgb {
+        textures[self.index].color(self.picture_uv(uv), self.nearest) * self.tint
+    }
+
+    /// [`Texture::scalar`] at the surface's `uv`, times the luminance of the tint.
+    pub fn scalar(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
+        textures[self.index].scalar(self.picture_uv(uv), self.nearest) * texels::grey(self.tint)
+    }
+
+    /// Mean linear colour of the picture, times the tint.
+    pub fn mean(&self, textures: &[Texture]) -> Rgb {
+        textures[self.index].mean() * self.tint
+    }
+
+    fn picture_uv(&self, uv: [f32; 2]) -> [f32; 2] {
+        [uv[0] * self.scale[0] + self.offset[0], uv[1] * self.scale[1] + self.offset[1]]
+    }
+}
+
+/// Loads every file once.
+#[derive(Debug, Default)]
+pub struct TextureCache {
+    textures: Vec<Texture>,
+    /// By path without links and dots.
+    indices: FxHashMap<PathBuf, usize>,
+}
+
+impl TextureCache {
+    /// Index of the texture of this file, which is loaded when first asked for.
+    ///
+    /// # Errors
+    /// As of [`Texture::load`]; the next call tries again.
+    pub fn get(&mut self, path: &Path) -> Result<usize> {
+        let real = path.canonicalize().map_err(Error::io(path))?;
+        if let Some(&index) = self.indices.get(&real) {
+            return Ok(index);
+        }
+        self.textures.push(Texture::load(path)?);
+        self.indices.insert(real, self.textures.len() - 1);
+        Ok(self.textures.len() - 1)
+    }
+
+    /// Loads the picture that `image` names and resolves the rest of it.
+    ///
+    /// # Errors
+    /// As of [`TextureCache::get`].
+    pub fn resolve(&mut self, image: &ImageTexture) -> Result<TextureMap> {
+        let &ImageTexture { ref path, scale, offset, nearest, tint } = image;
+        Ok(TextureMap { index: self.get(path)?, scale, offset, nearest, tint })
+    }
+
+    /// The textures loaded so far, by index.
+    pub fn textures(&self) -> &[Texture] {
+        &self.textures
+    }
+
+    /// Ends loading.
+    pub fn into_textures(self) -> Vec<Texture> {
+        self.textures
+    }
+}

@@ -1,0 +1,95 @@
+//! Texels as a file stored them, decoded one at a time.
+
+use crate::film::srgb;
+use crate::math::Rgb;
+
+/// Rows of texels from the top, channels interleaved: grey, grey and alpha, RGB, or RGB and alpha.
+#[derive(Clone, Debug)]
+pub(super) struct Texels {
+    pub width: usize,
+    pub height: usize,
+    /// 1 to 4.
+    pub channels: usize,
+    pub data: Samples,
+}
+
+/// `width * height * channels` values.
+#[derive(Clone, Debug)]
+pub(super) enum Samples {
+    /// sRGB.
+    U8(Vec<u8>),
+    /// sRGB.
+    U16(Vec<u16>),
+    /// Linear.
+    F32(Vec<f32>),
+}
+
+impl Texels {
+    /// Linear colour of the texel in column `x` and row `y` from the top.
+    pub fn color(&self, x: usize, y: usize) -> Rgb {
+        let first = self.first(x, y);
+        match &self.data {
+            Samples::U8(data) => {
+                let table = &*srgb::DECODE_8;
+                self.rgb(|i| table[usize::from(data[first + i])])
+            }
+            Samples::U16(data) => {
+                let table = srgb::DECODE_16.as_slice();
+                self.rgb(|i| table[usize::from(data[first + i])])
+            }
+            Samples::F32(data) => self.rgb(|i| data[first + i]),
+        }
+    }
+
+    /// Alpha, or the luminance of the stored values.
+    pub fn scalar(&self, x: usize, y: usize) -> f32 {
+        let first = self.first(x, y);
+        let stored = |i: usize| match &self.data {
+            Samples::U8(data) => f32::from(data[first + i]) / 255.0,
+            Samples::U16(data) => f32::from(data[first + i]) / 65535.0,
+            Samples::F32(data) => data[first + i],
+        };
+        match self.channels {
+            2 | 4 => stored(self.channels - 1),
+            _ => grey(self.rgb(stored)),
+        }
+    }
+
+    /// Mean linear colour, and whether `scalar` is 1 for every texel.
+    pub fn summary(&self) -> (Rgb, bool) {
+        let mut sum = glam::DVec3::ZERO;
+        let mut opaque = true;
+        for y in 0..self.height {
+            for x in 0..self.width {
+                sum += self.color(x, y).as_dvec3();
+                opaque = opaque && self.scalar(x, y) == 1.0;
+            }
+        }
+        ((sum / (self.width * self.height) as f64).as_vec3(), opaque)
+    }
+
+    pub fn bytes(&self) -> usize {
+        match &self.data {
+            Samples::U8(data) => data.len(),
+            Samples::U16(data) => 2 * data.len(),
+            Samples::F32(data) => 4 * data.len(),
+        }
+    }
+
+    fn first(&self, x: usize, y: usize) -> usize {
+        (y * self.width + x) * self.channels
+    }
+
+    fn rgb(&self, channel: impl Fn(usize) -> f32) -> Rgb {
+        if self.channels < 3 {
+            Rgb::splat(channel(0))
+        } else {
+            Rgb::new(channel(0), channel(1), channel(2))
+        }
+    }
+}
+
+/// Luminance (ITU-R BT.709), exact for greys, so that white is not a hair below or above 1.
+pub(super) fn grey(c: Rgb) -> f32 {
+    c.y + 0.2126 * (c.x - c.y) + 0.0722 * (c.z - c.y)
+}
