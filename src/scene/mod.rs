@@ -1,3 +1,5 @@
 //! From files to an immutable scene.
 
 pub mod description;
+pub mod file;
+pub mod interchange;
