@@ -1,5 +1,6 @@
 //! Pictures: in memory, in files, and how far two of them are apart.
 
+pub mod accumulate;
 pub mod atomic;
 pub mod compare;
 pub(crate) mod contain;

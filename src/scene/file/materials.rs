@@ -1,0 +1,81 @@
+//! `[material.NAME]`: what every material has. The kinds of scattering are in [`super::scattering`].
+
+use super::reader::{NOT_NEGATIVE, Reader};
+use super::scattering::{KINDS, Kind, kinds_with};
+use super::suggest::{list, nearest};
+use super::textures::scalar;
+use super::tree::{At, Entry, Fault, Node};
+use crate::scene::description::MaterialDescription;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Reads `[material]`: new materials, and changes to those that are in `materials` already.
+pub(super) fn materials(
+    node: Node,
+    base: &Path,
+    materials: &mut BTreeMap<String, MaterialDescription>,
+) -> Result<(), Fault> {
+    for (name, entry) in Reader::new("[material]", node)?.into_entries() {
+        let Entry { key, node } = entry;
+        let mut t = Reader::new(format!("[material.{name}]"), node)?;
+        let read = material(&mut t, materials.get(&name), base)?;
+        let (kind, read) = read.ok_or_else(|| without_type(&t, &name, key, materials))?;
+        refuse_keys_of_others(&t, kind)?;
+        t.finish()?;
+        materials.insert(name, read);
+    }
+    Ok(())
+}
+
+/// A material's keys, up to `finish`. `None`: there is neither a `type` nor a `current` material to change.
+/// A `type` that is given starts from that type's defaults.
+pub(in crate::scene) fn material(
+    t: &mut Reader,
+    current: Option<&MaterialDescription>,
+    base: &Path,
+) -> Result<Option<(Kind, MaterialDescription)>, Fault> {
+    let chosen = t.chosen("type", KINDS)?;
+    let Some(kind) = chosen.or(current.map(|m| Kind::of(&m.bsdf))) else { return Ok(None) };
+    let mut m = current.cloned().unwrap_or_default();
+    if chosen.is_some() {
+        m.bsdf = kind.bsdf();
+    }
+    kind.read(t, &mut m.bsdf, base)?;
+    if kind.is_opaque() {
+        t.flag("two_sided", &mut m.two_sided)?;
+    }
+    if kind != Kind::Null {
+        scalar(t, "opacity", base, &mut m.opacity)?;
+    }
+    t.color("emission", NOT_NEGATIVE, &mut m.emission)?;
+    t.flag("emission_two_sided", &mut m.emission_two_sided)?;
+    Ok(Some((kind, m)))
+}
+
+/// A key of another type is known, so it deserves a better word than "unknown".
+fn refuse_keys_of_others(t: &Reader, kind: Kind) -> Result<(), Fault> {
+    for (key, entry) in t.left_over() {
+        let owners = kinds_with(key);
+        if !owners.is_empty() {
+            let (kind, owners) = (kind.name(), list(&owners));
+            let message = format!("`{key}` is not a key of type `{kind}`, but of {owners}");
+            return Err(Fault::new(entry.key, message));
+        }
+    }
+    Ok(())
+}
+
+fn without_type(
+    t: &Reader,
+    name: &str,
+    key: At,
+    known: &BTreeMap<String, MaterialDescription>,
+) -> Fault {
+    let At::Set(_) = key else { return t.missing("type") };
+    let names: Vec<&str> = known.keys().map(String::as_str).collect();
+    let hint = match nearest(name, &names) {
+        Some(best) => format!("did you mean `{best}`?"),
+        None => format!("set `material.{name}.type` too"),
+    };
+    Fault::new(key, format!("the scene file describes no material `{name}`: {hint}"))
+}

@@ -1,0 +1,162 @@
+//! Scene files: TOML (described in docs/scene-file.md), `scene.json` ([`super::interchange`]), or an OBJ alone.
+//!
+//! Text becomes a tree of values with their places ([`tree`]); a [`reader::Reader`] takes keys from its tables
+//! and refuses what is wrong at its place. Sections are read *over* a description, so that the command line's
+//! overrides are read by the same code as the file, whatever kind of file it is.
+
+pub(super) mod json_tree;
+pub(super) mod materials;
+mod overrides;
+pub(super) mod reader;
+pub(super) mod scattering;
+pub(super) mod settings;
+pub(super) mod suggest;
+mod textures;
+pub(super) mod tree;
+pub(super) mod world;
+
+#[cfg(test)]
+mod reference_page;
+#[cfg(test)]
+mod tests;
+
+use super::description::{MeshDescription, SceneDescription};
+use super::interchange;
+use crate::{Error, Result};
+use glam::Affine3A;
+use reader::Reader;
+use settings::section;
+use std::path::Path;
+use tree::{At, Fault, Node};
+
+/// Reads a scene: `.toml`, `.json` (interchange) or `.obj` (that mesh and defaults). `overrides` are `key=value`
+/// as of `--set`, over what the file says. Also returns warnings.
+///
+/// # Errors
+/// [`Error::Parse`] with line and column for faults in the file, [`Error::Scene`] naming the override for faults in
+/// those, [`Error::Io`] and [`Error::File`] for a file that cannot be read or is of another kind.
+pub fn load(path: &Path, overrides: &[String]) -> Result<(SceneDescription, Vec<String>)> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("toml") => parse(&read_text(path)?, path, overrides),
+        Some("json") => {
+            let (mut scene, warnings) = interchange::parse(&read_text(path)?, path)?;
+            apply_overrides(&mut scene, path, overrides)?;
+            Ok((scene, warnings))
+        }
+        Some("obj") => {
+            let mut scene =
+                SceneDescription { meshes: vec![whole_file(path)], ..Default::default() };
+            apply_overrides(&mut scene, path, overrides)?;
+            Ok((scene, Vec::new()))
+        }
+        _ => Err(Error::file(path, "not a scene: its name must end in .toml, .json or .obj")),
+    }
+}
+
+/// Parses a TOML scene file's text. `path` names it in errors, and paths in it are relative to its folder.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(
+    text: &str,
+    path: &Path,
+    overrides: &[String],
+) -> Result<(SceneDescription, Vec<String>)> {
+    let source = Source { path, text, overrides: &[] };
+    let mut scene = SceneDescription::default();
+    tree::from_toml(text, &At::Text)
+        .and_then(|root| whole(root, source.folder(), &mut scene))
+        .map_err(|fault| source.error(fault))?;
+    apply_overrides(&mut scene, path, overrides)?;
+    let nothing = "the scene has no [[mesh]]: only its background will be seen";
+    let warnings = scene.meshes.is_empty().then(|| nothing.to_string());
+    Ok((scene, warnings.into_iter().collect()))
+}
+
+/// A mesh as it is in its file.
+pub(super) fn whole_file(path: &Path) -> MeshDescription {
+    MeshDescription { path: path.to_path_buf(), transform: Affine3A::IDENTITY, material: None }
+}
+
+/// A whole file's tree.
+fn whole(root: Node, base: &Path, scene: &mut SceneDescription) -> Result<(), Fault> {
+    let mut root = Reader::new("the scene file", root)?;
+    sections(&mut root, base, scene)?;
+    for node in root.take("mesh").map_or(Ok(vec![]), |n| n.tables("mesh"))? {
+        let mut t = Reader::new("[[mesh]]", node)?;
+        scene.meshes.push(world::mesh(&mut t, base)?);
+        t.finish()?;
+    }
+    for node in root.take("light").map_or(Ok(vec![]), |n| n.tables("light"))? {
+        let mut t = Reader::new("[[light]]", node)?;
+        scene.lights.push(world::light(&mut t, base)?);
+        t.finish()?;
+    }
+    root.finish()
+}
+
+/// The sections that overrides can reach.
+fn sections(root: &mut Reader, base: &Path, scene: &mut SceneDescription) -> Result<(), Fault> {
+    section(root, "camera", |t| settings::camera(t, &mut scene.camera))?;
+    section(root, "film", |t| settings::film(t, &mut scene.film))?;
+    section(root, "integrator", |t| settings::integrator(t, &mut scene.integrator))?;
+    section(root, "guiding", |t| settings::guiding(t, &mut scene.guiding))?;
+    section(root, "render", |t| settings::render(t, &mut scene.render))?;
+    root.take("material").map_or(Ok(()), |n| materials::materials(n, base, &mut scene.materials))
+}
+
+fn apply_overrides(scene: &mut SceneDescription, path: &Path, overrides: &[String]) -> Result<()> {
+    let source = Source { path, text: "", overrides };
+    let apply = |root: Node| {
+        let mut root = Reader::new("what can be set", root)?;
+        sections(&mut root, source.folder(), scene)?;
+        root.finish()
+    };
+    overrides::tree(overrides).and_then(apply).map_err(|fault| source.error(fault))
+}
+
+fn read_text(path: &Path) -> Result<String> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    String::from_utf8(bytes).map_err(|e| {
+        let (line, column) = line_and_column(e.as_bytes(), e.utf8_error().valid_up_to());
+        Error::parse(path, line, column, "this byte is not UTF-8")
+    })
+}
+
+/// What faults' places refer to.
+pub(super) struct Source<'a> {
+    pub path: &'a Path,
+    pub text: &'a str,
+    pub overrides: &'a [String],
+}
+
+impl Source<'_> {
+    /// What paths in the file are relative to.
+    pub fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    pub fn error(&self, fault: Fault) -> Error {
+        match fault.at {
+            At::Text(offset) => {
+                let (line, column) = line_and_column(self.text.as_bytes(), offset);
+                Error::parse(self.path, line, column, fault.message)
+            }
+            At::Set(index) => {
+                let text = self.overrides.get(index).map_or("", String::as_str);
+                Error::Scene(format!("--set '{text}': {}", fault.message))
+            }
+        }
+    }
+}
+
+/// Both from 1; columns count characters.
+fn line_and_column(text: &[u8], offset: usize) -> (usize, usize) {
+    let before = &text[..offset.min(text.len())];
+    let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
+    let line = before.iter().filter(|b| **b == b'\n').count() + 1;
+    // Bytes that continue a UTF-8 character are no columns of their own.
+    let column = before[line_start..].iter().filter(|b| **b & 0xC0 != 0x80).count() + 1;
+    (line, column)
+}

@@ -1,0 +1,274 @@
+//! Reads one table key by key. The keys that were asked for are the keys that exist: what is left over at
+//! the end is unknown, and suggestions and the reference page's test know the same list.
+
+use super::suggest::unknown;
+use super::tree::{At, Entries, Entry, Fault, Node, Value};
+use crate::math::Rgb;
+use glam::Vec3;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+/// What a number must satisfy once it is rounded to `f32`; that it is finite is always asked.
+#[derive(Clone, Copy)]
+pub(in crate::scene) struct Bounds {
+    holds: fn(f64) -> bool,
+    text: &'static str,
+}
+
+pub(in crate::scene) const FINITE: Bounds = Bounds::new(|_| true, "finite");
+pub(in crate::scene) const UNIT: Bounds =
+    Bounds::new(|x| (0.0..=1.0).contains(&x), "between 0 and 1");
+pub(in crate::scene) const POSITIVE: Bounds = Bounds::new(|x| x > 0.0, "greater than 0");
+pub(in crate::scene) const NOT_NEGATIVE: Bounds = Bounds::new(|x| x >= 0.0, "0 or more");
+/// Squares of coordinates, summed, stay within `f32` (and coordinates within what Embree accepts).
+pub(in crate::scene) const COORDINATE: Bounds =
+    Bounds::new(|x| x.abs() <= 1e18, "between -1e18 and 1e18");
+
+impl Bounds {
+    /// `text` goes on from "must be".
+    pub const fn new(holds: fn(f64) -> bool, text: &'static str) -> Bounds {
+        Bounds { holds, text }
+    }
+}
+
+/// A table that is being read. Methods with a slot leave it as it is where the key is absent.
+pub(in crate::scene) struct Reader {
+    label: String,
+    at: At,
+    entries: Entries,
+    asked: Vec<&'static str>,
+    given: Vec<(&'static str, At)>,
+}
+
+impl Reader {
+    /// `label` names the table in messages.
+    pub fn new(label: impl Into<String>, node: Node) -> Result<Reader, Fault> {
+        let label = label.into();
+        match node.value {
+            Value::Table(entries) => {
+                Ok(Reader { label, at: node.at, entries, asked: vec![], given: vec![] })
+            }
+            other => {
+                Err(Fault::new(node.at, format!("{label} must be a table, found {}", other.kind())))
+            }
+        }
+    }
+
+    /// A table without keys, to learn which ones are asked for.
+    pub fn probe() -> Reader {
+        let (asked, given) = (vec![], vec![]);
+        Reader { label: String::new(), at: At::Text(0), entries: Entries::new(), asked, given }
+    }
+
+    /// The value of `key`, which is known from here on.
+    pub fn take(&mut self, key: &'static str) -> Option<Node> {
+        self.asked.push(key);
+        let node = self.entries.remove(key)?.node;
+        self.given.push((key, node.at));
+        Some(node)
+    }
+
+    /// The value of a key that must be there.
+    pub fn require(&mut self, key: &'static str) -> Result<Node, Fault> {
+        self.take(key).ok_or_else(|| self.missing(key))
+    }
+
+    /// That a key which was asked for is missing.
+    pub fn missing(&self, key: &str) -> Fault {
+        Fault::new(self.at, format!("{} needs `{key}`", self.label))
+    }
+
+    /// Whether a key that was asked for was there.
+    pub fn has(&self, key: &str) -> bool {
+        self.given.iter().any(|(k, _)| *k == key)
+    }
+
+    /// Where the first of `keys` that was there is written, else the table.
+    pub fn place(&self, keys: &[&str]) -> At {
+        let at = |key: &&str| self.given.iter().find(|(k, _)| k == key).map(|(_, at)| *at);
+        keys.iter().find_map(at).unwrap_or(self.at)
+    }
+
+    pub fn label(&self) -> &str {
+        &self.label
+    }
+
+    /// The keys that have been asked for.
+    pub fn asked(&self) -> &[&'static str] {
+        &self.asked
+    }
+
+    /// The entries that nothing has asked for, in the order of the file.
+    pub fn left_over(&self) -> Vec<(&str, &Entry)> {
+        let mut left: Vec<(&str, &Entry)> =
+            self.entries.iter().map(|(k, e)| (k.as_str(), e)).collect();
+        left.sort_by_key(|(_, entry)| entry.key);
+        left
+    }
+
+    /// All entries at once, for tables whose keys are names that the user gives.
+    pub fn into_entries(self) -> Entries {
+        self.entries
+    }
+
+    /// Refuses keys that nothing has asked for.
+    pub fn finish(self) -> Result<(), Fault> {
+        match self.left_over().first() {
+            None => Ok(()),
+            Some((key, entry)) => {
+                let subject = format!("unknown key `{key}` in {}", self.label);
+                Err(Fault::new(entry.key, unknown(&subject, key, self.asked.iter().copied())))
+            }
+        }
+    }
+
+    pub fn flag(&mut self, key: &'static str, slot: &mut bool) -> Result<(), Fault> {
+        match self.take(key) {
+            None => Ok(()),
+            Some(Node { value: Value::Boolean(b), .. }) => {
+                *slot = b;
+                Ok(())
+            }
+            Some(node) => Err(node.mismatch(key, "true or false")),
+        }
+    }
+
+    pub fn number(
+        &mut self,
+        key: &'static str,
+        bounds: Bounds,
+        slot: &mut f32,
+    ) -> Result<(), Fault> {
+        self.take(key).map_or(Ok(()), |n| n.number(key, bounds).map(|x| *slot = x))
+    }
+
+    /// A whole number in `range`, which must fit into `T`.
+    pub fn integer<T: TryFrom<u64>>(
+        &mut self,
+        key: &'static str,
+        range: RangeInclusive<u64>,
+        slot: &mut T,
+    ) -> Result<(), Fault> {
+        let Some(node) = self.take(key) else { return Ok(()) };
+        let Value::Integer(i) = node.value else { return Err(node.mismatch(key, "an integer")) };
+        let within = u64::try_from(i).ok().filter(|i| range.contains(i));
+        *slot = within.and_then(|i| T::try_from(i).ok()).ok_or_else(|| {
+            let (low, high) = (range.start(), range.end());
+            Fault::new(node.at, format!("`{key}` must be between {low} and {high}, found {i}"))
+        })?;
+        Ok(())
+    }
+
+    pub fn vector(
+        &mut self,
+        key: &'static str,
+        bounds: Bounds,
+        slot: &mut Vec3,
+    ) -> Result<(), Fault> {
+        self.take(key).map_or(Ok(()), |n| n.numbers::<3>(key, bounds).map(|v| *slot = v.into()))
+    }
+
+    /// A grey number or `[r, g, b]`.
+    pub fn color(
+        &mut self,
+        key: &'static str,
+        bounds: Bounds,
+        slot: &mut Rgb,
+    ) -> Result<(), Fault> {
+        self.take(key).map_or(Ok(()), |n| n.color(key, bounds).map(|c| *slot = c))
+    }
+
+    /// One of a list of names.
+    pub fn choice<T: Copy>(
+        &mut self,
+        key: &'static str,
+        names: &[(&str, T)],
+        slot: &mut T,
+    ) -> Result<(), Fault> {
+        self.chosen(key, names).map(|chosen| *slot = chosen.unwrap_or(*slot))
+    }
+
+    /// As [`Reader::choice`]; `None` where the key is absent.
+    pub fn chosen<T: Copy>(
+        &mut self,
+        key: &'static str,
+        names: &[(&str, T)],
+    ) -> Result<Option<T>, Fault> {
+        let Some(node) = self.take(key) else { return Ok(None) };
+        let name = node.string(key)?;
+        if let Some((_, value)) = names.iter().find(|(n, _)| *n == name) {
+            return Ok(Some(*value));
+        }
+        let subject = format!("unknown {key} `{name}` in {}", self.label);
+        Err(Fault::new(node.at, unknown(&subject, name, names.iter().map(|(n, _)| *n))))
+    }
+}
+
+impl Node {
+    /// That the value is not `expected` ("a number").
+    pub fn mismatch(&self, key: &str, expected: &str) -> Fault {
+        Fault::new(self.at, format!("`{key}` must be {expected}, found {}", self.value.kind()))
+    }
+
+    pub fn string(&self, key: &str) -> Result<&str, Fault> {
+        match &self.value {
+            Value::String(s) => Ok(s),
+            _ => Err(self.mismatch(key, "a string")),
+        }
+    }
+
+    /// A file's name, which is relative to the folder `base`.
+    pub fn path(&self, key: &str, base: &Path) -> Result<PathBuf, Fault> {
+        match self.string(key)? {
+            "" => Err(Fault::new(self.at, format!("`{key}` must not be empty"))),
+            name => Ok(base.join(name)),
+        }
+    }
+
+    pub fn number(&self, key: &str, bounds: Bounds) -> Result<f32, Fault> {
+        let written = match self.value {
+            Value::Integer(i) => i as f64,
+            Value::Float(x) => x,
+            _ => return Err(self.mismatch(key, "a number")),
+        };
+        let x = written as f32;
+        if x.is_finite() && (bounds.holds)(f64::from(x)) {
+            return Ok(x);
+        }
+        let text = if x.is_finite() { bounds.text } else { FINITE.text };
+        Err(Fault::new(self.at, format!("`{key}` must be {text}, found {written}")))
+    }
+
+    pub fn numbers<const N: usize>(&self, key: &str, bounds: Bounds) -> Result<[f32; N], Fault> {
+        let expected = || format!("an array of {N} numbers");
+        let Value::Array(items) = &self.value else {
+            return Err(self.mismatch(key, &expected()));
+        };
+        if items.len() != N {
+            let message = format!("`{key}` must be {}, found {}", expected(), items.len());
+            return Err(Fault::new(self.at, message));
+        }
+        let mut numbers = [0.0; N];
+        for (number, item) in numbers.iter_mut().zip(items) {
+            *number = item.number(key, bounds)?;
+        }
+        Ok(numbers)
+    }
+
+    /// A grey number or `[r, g, b]`.
+    pub fn color(&self, key: &str, bounds: Bounds) -> Result<Rgb, Fault> {
+        match &self.value {
+            Value::Integer(_) | Value::Float(_) => self.number(key, bounds).map(Rgb::splat),
+            Value::Array(_) => self.numbers::<3>(key, bounds).map(Rgb::from),
+            _ => Err(self.mismatch(key, "a number or an array of 3 numbers")),
+        }
+    }
+
+    /// The tables of an array of tables.
+    pub fn tables(self, key: &str) -> Result<Vec<Node>, Fault> {
+        match self.value {
+            Value::Array(items) => Ok(items),
+            _ => Err(self.mismatch(key, &format!("an array of tables ([[{key}]])"))),
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! The sections of settings. A key is one line here (and one row of docs/scene-file.md, which a test asks for).
+
+use super::reader::{Bounds, COORDINATE, Reader, UNIT};
+use super::tree::{At, Fault, Node, Value};
+use crate::scene::description::{
+    CameraDescription, Combine, FilmDescription, Filter, GuidingMethod, GuidingSettings,
+    IntegratorSettings, RenderSettings, Roulette,
+};
+use glam::Vec3;
+use std::ops::RangeInclusive;
+
+/// Pixels along a side of the film.
+pub(in crate::scene) const SIDE: RangeInclusive<u64> = 1..=65536;
+/// Degrees of a field of view.
+pub(in crate::scene) const VFOV: Bounds =
+    Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
+const STOPS: Bounds = Bounds::new(|x| x.abs() <= 64.0, "between -64 and 64");
+const ANY: u64 = u32::MAX as u64;
+
+pub(super) fn film(t: &mut Reader, film: &mut FilmDescription) -> Result<(), Fault> {
+    let filters = [("box", Filter::Box), ("tent", Filter::Tent), ("gaussian", Filter::Gaussian)];
+    t.integer("width", SIDE, &mut film.width)?;
+    t.integer("height", SIDE, &mut film.height)?;
+    t.choice("filter", &filters, &mut film.filter)?;
+    t.number("exposure", STOPS, &mut film.exposure)
+}
+
+pub(super) fn integrator(t: &mut Reader, s: &mut IntegratorSettings) -> Result<(), Fault> {
+    let roulettes = [("throughput", Roulette::Throughput), ("none", Roulette::None)];
+    t.integer("max_depth", 1..=ANY, &mut s.max_depth)?;
+    t.flag("next_event", &mut s.next_event)?;
+    t.flag("mis", &mut s.mis)?;
+    t.choice("roulette", &roulettes, &mut s.roulette)?;
+    t.integer("rr_depth", 0..=ANY, &mut s.rr_depth)
+}
+
+pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
+    let methods = [("grid", GuidingMethod::Grid), ("none", GuidingMethod::None)];
+    t.choice("method", &methods, &mut s.method)?;
+    t.integer("resolution", 1..=65536, &mut s.resolution)?;
+    t.flag("normals", &mut s.normals)?;
+    t.integer("strata", 1..=256, &mut s.strata)?;
+    t.number("bsdf_fraction", UNIT, &mut s.bsdf_fraction)?;
+    memory(t, "memory", &mut s.memory)
+}
+
+pub(super) fn render(t: &mut Reader, s: &mut RenderSettings) -> Result<(), Fault> {
+    let combines = [
+        ("inverse-variance", Combine::InverseVariance),
+        ("all", Combine::All),
+        ("last", Combine::Last),
+    ];
+    t.integer("spp", 1..=ANY, &mut s.spp)?;
+    seconds(t, "time", &mut s.time)?;
+    t.integer("seed", 0..=u64::MAX, &mut s.seed)?;
+    t.choice("combine", &combines, &mut s.combine)
+}
+
+/// `None` before means that the section places a camera, else it changes the one there is.
+pub(super) fn camera(t: &mut Reader, camera: &mut Option<CameraDescription>) -> Result<(), Fault> {
+    let mut c = camera.clone().unwrap_or_else(camera_facing_up);
+    t.vector("origin", COORDINATE, &mut c.origin)?;
+    t.vector("target", COORDINATE, &mut c.target)?;
+    t.vector("up", COORDINATE, &mut c.up)?;
+    t.number("vfov", VFOV, &mut c.vfov)?;
+    t.flag("mirrored", &mut c.mirrored)?;
+    if camera.is_none() {
+        needs(t, &["origin", "target"])?;
+    }
+    check_camera(t, &c)?;
+    *camera = Some(c);
+    Ok(())
+}
+
+/// What a camera has before its keys are read; that `origin` and `target` are given is checked after.
+pub(in crate::scene) fn camera_facing_up() -> CameraDescription {
+    let (origin, target, up) = (Vec3::ZERO, Vec3::ZERO, Vec3::Y);
+    CameraDescription { origin, target, up, vfov: 45.0, mirrored: false }
+}
+
+/// That all of `keys`, which were asked for, were there.
+pub(in crate::scene) fn needs(t: &Reader, keys: &[&str]) -> Result<(), Fault> {
+    keys.iter().find(|k| !t.has(k)).map_or(Ok(()), |k| Err(t.missing(k)))
+}
+
+/// That the three vectors span a frame.
+pub(in crate::scene) fn check_camera(t: &Reader, c: &CameraDescription) -> Result<(), Fault> {
+    let view = c.target.as_dvec3() - c.origin.as_dvec3();
+    if view.length() == 0.0 {
+        let at = t.place(&["target", "origin"]);
+        return Err(Fault::new(at, "`target` must differ from `origin`"));
+    }
+    let up = c.up.as_dvec3();
+    // The sine of the angle between them; below about 1e-6, `f32` can no longer tell the camera's right.
+    if view.cross(up).length() <= 1e-6 * view.length() * up.length() {
+        let at = t.place(&["up", "target", "origin"]);
+        return Err(Fault::new(at, "`up` must not be zero or parallel to the view"));
+    }
+    Ok(())
+}
+
+/// Positive seconds, in double precision.
+fn seconds(t: &mut Reader, key: &'static str, slot: &mut Option<f64>) -> Result<(), Fault> {
+    let Some(node) = t.take(key) else { return Ok(()) };
+    let seconds = match node.value {
+        Value::Integer(i) => i as f64,
+        Value::Float(x) => x,
+        _ => return Err(node.mismatch(key, "a number")),
+    };
+    if !(seconds > 0.0 && seconds.is_finite()) {
+        let message = format!("`{key}` must be finite and greater than 0, found {seconds}");
+        return Err(Fault::new(node.at, message));
+    }
+    *slot = Some(seconds);
+    Ok(())
+}
+
+/// Bytes as an integer, or text with a unit.
+fn memory(t: &mut Reader, key: &'static str, slot: &mut u64) -> Result<(), Fault> {
+    let Some(node) = t.take(key) else { return Ok(()) };
+    *slot = match &node.value {
+        Value::Integer(i) => u64::try_from(*i).ok().filter(|b| *b > 0),
+        Value::String(s) => bytes(s),
+        _ => return Err(node.mismatch(key, "an integer or a string like \"256 MiB\"")),
+    }
+    .ok_or_else(|| memory_fault(node.at, key))?;
+    Ok(())
+}
+
+fn memory_fault(at: At, key: &str) -> Fault {
+    let units = "B, KiB, MiB, GiB, TiB, kB, MB, GB or TB";
+    Fault::new(at, format!("`{key}` must be 1 or more bytes, or text with a unit ({units})"))
+}
+
+/// "1.5 GiB" in bytes, rounded down; `None` where it is no size or less than a byte.
+fn bytes(text: &str) -> Option<u64> {
+    let digits = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let factor = match unit.trim() {
+        "" | "B" => 1.0,
+        "KiB" => 1024.0,
+        "MiB" => f64::from(1 << 20),
+        "GiB" => f64::from(1 << 30),
+        "TiB" => (1u64 << 40) as f64,
+        "kB" => 1e3,
+        "MB" => 1e6,
+        "GB" => 1e9,
+        "TB" => 1e12,
+        _ => return None,
+    };
+    let size = number.parse::<f64>().ok()? * factor;
+    (1.0..u64::MAX as f64).contains(&size).then_some(size as u64)
+}
+
+/// Reads the section `key` of `root`, if it is there, and refuses what `read` has not asked for.
+pub(super) fn section(
+    root: &mut Reader,
+    key: &'static str,
+    read: impl FnOnce(&mut Reader) -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    root.take(key).map_or(Ok(()), |node: Node| {
+        let mut t = Reader::new(format!("[{key}]"), node)?;
+        read(&mut t)?;
+        t.finish()
+    })
+}

@@ -1,0 +1,111 @@
+//! Colours and numbers that a picture may replace.
+
+use super::reader::{FINITE, Reader, UNIT};
+use super::tree::{Fault, Node, Value};
+use crate::math::Rgb;
+use crate::scene::description::{ColorTexture, ImageTexture, ScalarTexture};
+use std::path::Path;
+
+/// A reflectance: a grey number, `[r, g, b]` or `{ texture = … }`, each channel in [0, 1].
+pub(super) fn color(
+    t: &mut Reader,
+    key: &'static str,
+    base: &Path,
+    slot: &mut ColorTexture,
+) -> Result<(), Fault> {
+    let Some(node) = t.take(key) else { return Ok(()) };
+    *slot = match &node.value {
+        Value::Table(_) => {
+            let current = match slot {
+                ColorTexture::Image(image) => Some(image.clone()),
+                ColorTexture::Constant(_) => None,
+            };
+            let mut t = Reader::new(texture_label(t, key), node)?;
+            ColorTexture::Image(color_image(&mut t, current, base).and_then(|i| finish(t, i))?)
+        }
+        Value::String(_) => {
+            return Err(node.mismatch(key, "a number, [r, g, b] or { texture = \"file\" }"));
+        }
+        _ => ColorTexture::Constant(node.color(key, UNIT)?),
+    };
+    Ok(())
+}
+
+/// A number in [0, 1] or `{ texture = … }`.
+pub(super) fn scalar(
+    t: &mut Reader,
+    key: &'static str,
+    base: &Path,
+    slot: &mut Option<ScalarTexture>,
+) -> Result<(), Fault> {
+    let Some(node) = t.take(key) else { return Ok(()) };
+    *slot = Some(match &node.value {
+        Value::Table(_) => {
+            let current = match slot {
+                Some(ScalarTexture::Image(image)) => Some(image.clone()),
+                _ => None,
+            };
+            let mut t = Reader::new(texture_label(t, key), node)?;
+            ScalarTexture::Image(image(&mut t, current, base).and_then(|i| finish(t, i))?)
+        }
+        Value::Integer(_) | Value::Float(_) => ScalarTexture::Constant(node.number(key, UNIT)?),
+        _ => return Err(node.mismatch(key, "a number or { texture = \"file\" }")),
+    });
+    Ok(())
+}
+
+fn texture_label(t: &Reader, key: &str) -> String {
+    format!("`{key}` of {}", t.label())
+}
+
+fn finish(t: Reader, image: ImageTexture) -> Result<ImageTexture, Fault> {
+    t.finish().map(|()| image)
+}
+
+fn color_image(
+    t: &mut Reader,
+    current: Option<ImageTexture>,
+    base: &Path,
+) -> Result<ImageTexture, Fault> {
+    let mut image = image(t, current, base)?;
+    t.color("tint", UNIT, &mut image.tint)?;
+    Ok(image)
+}
+
+/// A new picture where `texture` is given, else changes to the `current` one.
+fn image(
+    t: &mut Reader,
+    current: Option<ImageTexture>,
+    base: &Path,
+) -> Result<ImageTexture, Fault> {
+    let mut image = match t.take("texture") {
+        Some(node) => plain(&node.path("texture", base)?),
+        None => current.ok_or_else(|| t.missing("texture"))?,
+    };
+    if let Some(node) = t.take("scale") {
+        image.scale = pair(&node, "scale")?;
+    }
+    if let Some(node) = t.take("offset") {
+        image.offset = pair(&node, "offset")?;
+    }
+    t.flag("nearest", &mut image.nearest)?;
+    Ok(image)
+}
+
+fn plain(path: &Path) -> ImageTexture {
+    ImageTexture {
+        path: path.to_path_buf(),
+        scale: [1.0; 2],
+        offset: [0.0; 2],
+        nearest: false,
+        tint: Rgb::ONE,
+    }
+}
+
+/// `[u, v]`, or one number for both.
+fn pair(node: &Node, key: &str) -> Result<[f32; 2], Fault> {
+    match node.value {
+        Value::Array(_) => node.numbers(key, FINITE),
+        _ => Ok([node.number(key, FINITE)?; 2]),
+    }
+}

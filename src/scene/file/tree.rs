@@ -1,0 +1,112 @@
+//! What a text file holds before it means anything: values, each with the place where it is written.
+
+use std::collections::BTreeMap;
+use toml::de::{DeTable, DeValue};
+
+/// Where something is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::scene) enum At {
+    /// Byte offset in the file.
+    Text(usize),
+    /// Index of the command line's override.
+    Set(usize),
+}
+
+/// What is wrong, and where; [`super::Source::error`] makes a [`crate::Error`] of it.
+#[derive(Clone, Debug)]
+pub(in crate::scene) struct Fault {
+    pub at: At,
+    pub message: String,
+}
+
+impl Fault {
+    pub fn new(at: At, message: impl Into<String>) -> Fault {
+        Fault { at, message: message.into() }
+    }
+}
+
+/// A value and its place.
+#[derive(Clone, Debug)]
+pub(in crate::scene) struct Node {
+    pub at: At,
+    pub value: Value,
+}
+
+#[derive(Clone, Debug)]
+pub(in crate::scene) enum Value {
+    Null,
+    Boolean(bool),
+    Integer(i128),
+    Float(f64),
+    Date,
+    String(String),
+    Array(Vec<Node>),
+    Table(Entries),
+}
+
+/// What a table holds, by key.
+pub(in crate::scene) type Entries = BTreeMap<String, Entry>;
+
+/// A key's place and what it is set to.
+#[derive(Clone, Debug)]
+pub(in crate::scene) struct Entry {
+    pub key: At,
+    pub node: Node,
+}
+
+impl Value {
+    /// With its article, for messages.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Value::Null => "null",
+            Value::Boolean(_) => "a boolean",
+            Value::Integer(_) => "an integer",
+            Value::Float(_) => "a number",
+            Value::Date => "a date",
+            Value::String(_) => "a string",
+            Value::Array(_) => "an array",
+            Value::Table(_) => "a table",
+        }
+    }
+}
+
+/// Parses a TOML document; `place` says where a byte offset of it lies.
+pub(in crate::scene) fn from_toml(text: &str, place: &dyn Fn(usize) -> At) -> Result<Node, Fault> {
+    let root = DeTable::parse(text).map_err(|e| {
+        let offset = e.span().map_or(text.len(), |s| s.start);
+        Fault::new(place(offset), e.message())
+    })?;
+    Ok(Node { at: place(0), value: table(root.into_inner(), place)? })
+}
+
+fn table(entries: DeTable<'_>, place: &dyn Fn(usize) -> At) -> Result<Value, Fault> {
+    let mut read = Entries::new();
+    for (key, value) in entries {
+        let at = place(key.span().start);
+        let node =
+            Node { at: place(value.span().start), value: convert(value.into_inner(), at, place)? };
+        read.insert(key.into_inner().into_owned(), Entry { key: at, node });
+    }
+    Ok(Value::Table(read))
+}
+
+fn convert(value: DeValue<'_>, at: At, place: &dyn Fn(usize) -> At) -> Result<Value, Fault> {
+    let out_of_range = || Fault::new(at, "a number that no variable can hold");
+    Ok(match value {
+        DeValue::String(s) => Value::String(s.into_owned()),
+        DeValue::Integer(i) => {
+            Value::Integer(i128::from_str_radix(i.as_str(), i.radix()).map_err(|_| out_of_range())?)
+        }
+        DeValue::Float(f) => Value::Float(f.as_str().parse().map_err(|_| out_of_range())?),
+        DeValue::Boolean(b) => Value::Boolean(b),
+        DeValue::Datetime(_) => Value::Date,
+        DeValue::Table(t) => table(t, place)?,
+        DeValue::Array(items) => {
+            let item = |v: toml::Spanned<DeValue<'_>>| {
+                let at = place(v.span().start);
+                Ok(Node { at, value: convert(v.into_inner(), at, place)? })
+            };
+            Value::Array(items.into_iter().map(item).collect::<Result<_, _>>()?)
+        }
+    })
+}

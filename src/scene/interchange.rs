@@ -1,0 +1,211 @@
+//! `scene.json`: a small interchange form beside an OBJ file, with Mitsuba's conventions. It says the camera,
+//! the materials that MTL cannot, and lights that are no surfaces. Materials it does not name stay as in the MTL.
+//!
+//! Its tree is brought into the shape of a scene file's and then read by the same code.
+
+use super::description::{CameraDescription, SceneDescription};
+use super::file::reader::{COORDINATE, NOT_NEGATIVE, Reader, UNIT};
+use super::file::tree::{At, Entries, Entry, Fault, Node, Value};
+use super::file::{Source, json_tree, materials, settings, whole_file, world};
+use crate::Result;
+use crate::math::Rgb;
+use std::path::Path;
+
+/// What says where a scene comes from, or again what the OBJ says.
+const DOCUMENTATION: &[&str] =
+    &["name", "source", "licence", "credit", "stats", "notes", "missing_textures"];
+
+/// Parses the text of a `scene.json`. `path` names it in errors, and paths in it are relative to its folder.
+/// Also returns warnings: fields that mean nothing here, and lights that contradict their material.
+///
+/// # Errors
+/// [`crate::Error::Parse`] with line and column.
+pub fn parse(text: &str, path: &Path) -> Result<(SceneDescription, Vec<String>)> {
+    let source = Source { path, text, overrides: &[] };
+    let mut import =
+        Import { base: source.folder(), scene: SceneDescription::default(), warnings: Vec::new() };
+    json_tree::from_json(text)
+        .and_then(|root| import.root(root))
+        .map_err(|fault| source.error(fault))?;
+    Ok((import.scene, import.warnings))
+}
+
+struct Import<'a> {
+    base: &'a Path,
+    scene: SceneDescription,
+    warnings: Vec<String>,
+}
+
+impl Import<'_> {
+    fn root(&mut self, root: Node) -> Result<(), Fault> {
+        let mut t = Reader::new("the scene", root)?;
+        self.scene.meshes.push(whole_file(&t.require("obj")?.path("obj", self.base)?));
+        if let Some(node) = t.take("camera") {
+            self.camera(node)?;
+        }
+        if let Some(node) = t.take("materials") {
+            self.materials(node)?;
+        }
+        if let Some(node) = t.take("emitters") {
+            for emitter in node.tables("emitters")? {
+                self.emitter(emitter)?;
+            }
+        }
+        ignore(&mut t, DOCUMENTATION);
+        self.finish(&t);
+        Ok(())
+    }
+
+    /// Perspective; the film's size is here too. `to_world` says the same as origin, target and up.
+    fn camera(&mut self, node: Node) -> Result<(), Fault> {
+        let mut t = Reader::new("camera", node)?;
+        t.chosen("type", &[("perspective", ())])?;
+        let mut c: CameraDescription = settings::camera_facing_up();
+        t.vector("origin", COORDINATE, &mut c.origin)?;
+        t.vector("target", COORDINATE, &mut c.target)?;
+        t.vector("up", COORDINATE, &mut c.up)?;
+        t.number("vfov_deg", settings::VFOV, &mut c.vfov)?;
+        t.flag("mirrored_x", &mut c.mirrored)?;
+        settings::needs(&t, &["origin", "target", "vfov_deg"])?;
+        settings::check_camera(&t, &c)?;
+        t.integer("width", settings::SIDE, &mut self.scene.film.width)?;
+        t.integer("height", settings::SIDE, &mut self.scene.film.height)?;
+        ignore(&mut t, &["to_world"]);
+        self.finish(&t);
+        self.scene.camera = Some(c);
+        Ok(())
+    }
+
+    fn materials(&mut self, node: Node) -> Result<(), Fault> {
+        for (name, entry) in Reader::new("materials", node)?.into_entries() {
+            let mut node = entry.node;
+            if let Value::Table(entries) = &mut node.value {
+                self.adapt_material(&name, entries)?;
+            }
+            let mut t = Reader::new(format!("material `{name}`"), node)?;
+            let material = materials::material(&mut t, None, self.base)?;
+            let (_, material) = material.ok_or_else(|| t.missing("type"))?;
+            self.finish(&t);
+            self.scene.materials.insert(name, material);
+        }
+        Ok(())
+    }
+
+    /// Turns a material's table into that of a scene file.
+    fn adapt_material(&mut self, name: &str, entries: &mut Entries) -> Result<(), Fault> {
+        for entry in entries.values_mut() {
+            if let Value::Table(texture) = &mut entry.node.value {
+                adapt_filter(texture)?;
+            }
+        }
+        let kind = entries.get("type").and_then(|e| e.node.string("type").ok()).map(str::to_string);
+        match kind.as_deref() {
+            Some("phong") => phong(name, entries),
+            Some("principled") => self.principled(name, entries),
+            _ => Ok(()),
+        }
+    }
+
+    /// Its `reflectance` and `alpha` are for readers that do not know the model.
+    fn principled(&mut self, name: &str, entries: &mut Entries) -> Result<(), Fault> {
+        entries.remove("reflectance");
+        entries.remove("alpha");
+        if let Some(Entry { node, .. }) = entries.remove("spec_trans")
+            && node.number("spec_trans", UNIT)? > 0.0
+        {
+            let message = format!("material `{name}` transmits light, which `principled` cannot");
+            return Err(Fault::new(node.at, message));
+        }
+        if let Some(Entry { node, .. }) = entries.remove("anisotropic")
+            && node.number("anisotropic", UNIT)? > 0.0
+        {
+            self.warnings.push(format!("material `{name}`: `anisotropic` is taken for 0"));
+        }
+        Ok(())
+    }
+
+    fn emitter(&mut self, mut node: Node) -> Result<(), Fault> {
+        if let Value::Table(entries) = &mut node.value {
+            let kind = entries.get_mut("type").map(|e| &mut e.node.value);
+            match kind {
+                Some(Value::String(s)) if s == "area" => return self.area(node),
+                Some(Value::String(s)) if s == "envmap" => *s = "environment".to_string(),
+                _ => (),
+            }
+            if let Some(file) = entries.remove("filename") {
+                entries.insert("path".to_string(), file);
+            }
+        }
+        let mut t = Reader::new("emitter", node)?;
+        self.scene.lights.push(world::light(&mut t, self.base)?);
+        self.finish(&t);
+        Ok(())
+    }
+
+    /// The material says the same; a warning where it does not.
+    fn area(&mut self, node: Node) -> Result<(), Fault> {
+        let mut t = Reader::new("emitter", node)?;
+        let mut radiance = Rgb::ZERO;
+        t.color("radiance", NOT_NEGATIVE, &mut radiance)?;
+        let node = t.require("material")?;
+        let name = node.string("material")?;
+        if let Some(material) = self.scene.materials.get(name)
+            && material.emission != radiance
+        {
+            self.warnings.push(format!(
+                "material `{name}` emits {}, but its emitter says {radiance}: the material counts",
+                material.emission
+            ));
+        }
+        ignore(&mut t, &["type", "object"]);
+        self.finish(&t);
+        Ok(())
+    }
+
+    /// Fields that nothing has asked for are no errors here: other programs may write more.
+    fn finish(&mut self, t: &Reader) {
+        for (key, _) in t.left_over() {
+            self.warnings.push(format!("{}: `{key}` is not known and means nothing", t.label()));
+        }
+    }
+}
+
+fn ignore(t: &mut Reader, keys: &[&'static str]) {
+    for key in keys {
+        t.take(key);
+    }
+}
+
+/// `filter` of a texture: what is not nearest is bilinear (there are no MIP maps).
+fn adapt_filter(texture: &mut Entries) -> Result<(), Fault> {
+    let Some(Entry { key, node }) = texture.remove("filter") else { return Ok(()) };
+    let nearest = match node.string("filter")? {
+        "nearest" => true,
+        "bilinear" | "trilinear" => false,
+        other => {
+            let message =
+                format!("unknown filter `{other}`: known are nearest, bilinear, trilinear");
+            return Err(Fault::new(node.at, message));
+        }
+    };
+    let node = Node { at: node.at, value: Value::Boolean(nearest) };
+    texture.insert("nearest".to_string(), Entry { key, node });
+    Ok(())
+}
+
+/// A Phong exponent e becomes rough plastic of α = √(2/(e + 2)), by which Beckmann's lobe has about its width
+/// (Walter et al. 2007, §5.2).
+fn phong(name: &str, entries: &mut Entries) -> Result<(), Fault> {
+    let Some(Entry { node: kind, .. }) = entries.get_mut("type") else { return Ok(()) };
+    kind.value = Value::String("plastic".to_string());
+    let at: At = kind.at;
+    let Some(Entry { key, node }) = entries.remove("exponent") else {
+        let message = format!("material `{name}` is of type `phong` and needs `exponent`");
+        return Err(Fault::new(at, message));
+    };
+    let exponent = node.number("exponent", NOT_NEGATIVE)?;
+    let alpha = (2.0 / (f64::from(exponent) + 2.0)).sqrt();
+    let node = Node { at: node.at, value: Value::Float(alpha) };
+    entries.insert("alpha".to_string(), Entry { key, node });
+    Ok(())
+}
