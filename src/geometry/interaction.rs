@@ -35,15 +35,12 @@ impl SurfaceInteraction {
         let extent = a.abs().max(b.abs()).max(c.abs()).max_element();
         let winding = hit.ng.normalize();
         let (ng, ns) = normals(mesh, triangle, [w, u, v], winding, wo);
-        let uv = mesh.uvs.as_ref().and_then(|uvs| uvs.corners(triangle)).map_or([u, v], |corner| {
-            [0, 1].map(|k| w * corner[0][k] + u * corner[1][k] + v * corner[2][k])
-        });
         SurfaceInteraction {
             p: a * w + b * u + c * v,
             ng,
             frame: Frame::from_normal(ns),
             front: winding.dot(wo) > 0.0,
-            uv,
+            uv: mesh.uv(triangle, u, v),
             material: mesh.materials[triangle],
             offset: extent * RELATIVE_OFFSET,
         }

@@ -22,6 +22,18 @@ pub struct Attribute<T> {
     pub indices: Vec<[u32; 3]>,
 }
 
+impl Mesh {
+    /// Texture coordinates of a triangle at the barycentric weights `u`, `v` of its second and third corner; the
+    /// weights themselves where it has none.
+    #[inline]
+    pub fn uv(&self, triangle: usize, u: f32, v: f32) -> [f32; 2] {
+        let w = 1.0 - u - v;
+        self.uvs.as_ref().and_then(|uvs| uvs.corners(triangle)).map_or([u, v], |corner| {
+            [0, 1].map(|k| w * corner[0][k] + u * corner[1][k] + v * corner[2][k])
+        })
+    }
+}
+
 impl<T: Copy> Attribute<T> {
     /// The three values at a triangle's corners.
     #[inline]

@@ -168,6 +168,8 @@ pub enum ScalarTexture {
     Constant(f32),
     /// The alpha channel where the picture has one, else its luminance as stored (not decoded from sRGB).
     Image(ImageTexture),
+    /// The luminance of the decoded colour, whatever the alpha channel says (Mitsuba's masks).
+    Luminance(ImageTexture),
 }
 
 /// A picture on a surface. v points up: (0, 0) is the lower left corner. Outside of [0, 1) it repeats.

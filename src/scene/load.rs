@@ -5,6 +5,7 @@ use super::material::Material;
 use super::obj;
 use super::texture::TextureCache;
 use super::{Camera, Scene};
+use crate::bsdf::CoatTables;
 use crate::embree::{Device, SceneBuilder};
 use crate::film::exr::read_rgb;
 use crate::geometry::Mesh;
@@ -43,7 +44,9 @@ impl Scene {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
         let mut cache = TextureCache::default();
-        let resolved = materials.iter().map(|m| Material::new(m, &mut cache)).collect::<Result<Vec<_>>>()?;
+        let mut coats = CoatTables::default();
+        let resolved = materials.iter().map(|m| Material::new(m, &mut cache, &mut coats)).collect::<Result<Vec<_>>>()?;
+        let resolved = Arc::new(resolved);
         let textures = Arc::new(cache.into_textures());
         let meshes: Vec<Arc<Mesh>> = meshes.into_iter().map(Arc::new).collect();
 

@@ -26,7 +26,7 @@ pub struct Scene {
     pub camera: Camera,
     geometry: embree::Scene,
     meshes: Vec<Arc<Mesh>>,
-    materials: Vec<Material>,
+    materials: Arc<Vec<Material>>,
     textures: Arc<Vec<Texture>>,
     lights: Lights,
     bounds: (Vec3, Vec3),

@@ -1,0 +1,145 @@
+//! Materials, ready for rendering: scattering with its textures, emission, and what is seen through.
+
+use super::description::{ColorTexture, MaterialDescription, ScalarTexture};
+use super::texture::{Texture, TextureCache, TextureMap};
+use crate::Result;
+use crate::bsdf::{Bsdf, BsdfModel, CoatTables, color_textures};
+use crate::embree::OpacityTest;
+use crate::geometry::Mesh;
+use crate::math::{Rgb, luminance, rng::mix};
+use std::sync::Arc;
+
+/// A material of the scene.
+#[derive(Clone, Debug)]
+pub struct Material {
+    model: BsdfModel,
+    colors: [Color; 2],
+    opacity: Opacity,
+    emission: Rgb,
+    emission_two_sided: bool,
+}
+
+/// A colour, textures loaded.
+#[derive(Clone, Copy, Debug)]
+enum Color {
+    Constant(Rgb),
+    Image(TextureMap),
+}
+
+/// The share of light that is stopped, textures loaded.
+#[derive(Clone, Copy, Debug)]
+enum Opacity {
+    Constant(f32),
+    Image(TextureMap),
+    Luminance(TextureMap),
+}
+
+impl Material {
+    /// # Errors
+    /// Textures that cannot be loaded, and parameters out of their domain.
+    pub fn new(
+        description: &MaterialDescription,
+        cache: &mut TextureCache,
+        coats: &mut CoatTables,
+    ) -> Result<Material> {
+        let mut colors = [Color::Constant(Rgb::ZERO); 2];
+        for (slot, texture) in colors.iter_mut().zip(color_textures(&description.bsdf)) {
+            match texture {
+                None => {}
+                Some(ColorTexture::Constant(color)) => *slot = Color::Constant(*color),
+                Some(ColorTexture::Image(image)) => *slot = Color::Image(cache.resolve(image)?),
+            }
+        }
+        let opacity = match &description.opacity {
+            None => Opacity::Constant(1.0),
+            Some(ScalarTexture::Constant(share)) => Opacity::Constant(*share),
+            Some(ScalarTexture::Image(image)) => Opacity::Image(cache.resolve(image)?),
+            Some(ScalarTexture::Luminance(image)) => Opacity::Luminance(cache.resolve(image)?),
+        };
+        Ok(Material {
+            model: BsdfModel::new(&description.bsdf, description.two_sided, coats)?,
+            colors,
+            opacity,
+            emission: description.emission,
+            emission_two_sided: description.emission_two_sided,
+        })
+    }
+
+    /// The BSDF at the texture coordinates `uv`.
+    #[inline]
+    pub fn bsdf(&self, textures: &[Texture], uv: [f32; 2]) -> Bsdf<'_> {
+        self.model.at(self.colors.map(|color| match color {
+            Color::Constant(color) => color,
+            Color::Image(map) => map.color(textures, uv),
+        }))
+    }
+
+    /// Radiance emitted to the front, or to the back.
+    #[inline]
+    pub fn emission(&self, front: bool) -> Rgb {
+        if front || self.emission_two_sided { self.emission } else { Rgb::ZERO }
+    }
+
+    pub fn emits(&self) -> bool {
+        self.emission != Rgb::ZERO
+    }
+
+    pub fn emission_two_sided(&self) -> bool {
+        self.emission_two_sided
+    }
+
+    fn opacity(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
+        match self.opacity {
+            Opacity::Constant(share) => share,
+            Opacity::Image(map) => map.scalar(textures, uv),
+            Opacity::Luminance(map) => luminance(map.color(textures, uv)),
+        }
+    }
+
+    fn is_opaque(&self, textures: &[Texture]) -> bool {
+        match self.opacity {
+            Opacity::Constant(share) => share >= 1.0,
+            Opacity::Image(map) => textures[map.index].is_opaque(),
+            Opacity::Luminance(_) => false,
+        }
+    }
+}
+
+/// The test that Embree asks about a mesh, where any of its materials is seen through.
+pub fn opacity_test(
+    mesh: &Arc<Mesh>,
+    materials: &Arc<Vec<Material>>,
+    textures: &Arc<Vec<Texture>>,
+) -> Option<Box<dyn OpacityTest>> {
+    let mut used = vec![false; materials.len()];
+    mesh.materials.iter().for_each(|&m| used[m as usize] = true);
+    let see_through: Vec<bool> =
+        materials.iter().zip(used).map(|(material, used)| used && !material.is_opaque(textures)).collect();
+    let (mesh, materials, textures) = (mesh.clone(), materials.clone(), textures.clone());
+    let any = see_through.contains(&true);
+    any.then(|| Box::new(CutOut { mesh, materials, textures, see_through }) as Box<dyn OpacityTest>)
+}
+
+/// Lets rays pass where the opacity says so. A partial opacity is decided by chance, and the chance is a hash of the
+/// place that was hit: rays that differ get independent answers, and the same ray always the same.
+struct CutOut {
+    mesh: Arc<Mesh>,
+    materials: Arc<Vec<Material>>,
+    textures: Arc<Vec<Texture>>,
+    /// By material.
+    see_through: Vec<bool>,
+}
+
+impl OpacityTest for CutOut {
+    fn passes(&self, primitive: u32, u: f32, v: f32) -> bool {
+        let material = self.mesh.materials[primitive as usize] as usize;
+        if !self.see_through[material] {
+            return false;
+        }
+        let opacity = self.materials[material].opacity(&self.textures, self.mesh.uv(primitive as usize, u, v));
+        let bits = mix((u.to_bits() as u64) << 32 | v.to_bits() as u64) ^ primitive as u64;
+        // 24 bits, as many as the fraction of an f32 holds
+        let chance = (mix(bits) >> 40) as f32 * (1.0 / (1 << 24) as f32);
+        chance >= opacity
+    }
+}
