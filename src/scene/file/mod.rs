@@ -1,6 +1,6 @@
 //! Scene files: TOML (described in docs/scene-file.md), `scene.json` ([`super::interchange`]), or an OBJ alone.
 //!
-//! Text becomes a tree of values with their places ([`tree`]); a [`reader::Reader`] takes keys from its tables
+//! Text becomes a tree of values with their places (`tree`); a `Reader` takes keys from its tables
 //! and refuses what is wrong at its place. Sections are read *over* a description, so that the command line's
 //! overrides are read by the same code as the file, whatever kind of file it is.
 
