@@ -209,3 +209,6 @@ fn phong(name: &str, entries: &mut Entries) -> Result<(), Fault> {
     entries.insert("alpha".to_string(), Entry { key, node });
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

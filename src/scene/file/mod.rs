@@ -1,6 +1,6 @@
 //! Scene files: TOML (described in docs/scene-file.md), `scene.json` ([`super::interchange`]), or an OBJ alone.
 //!
-//! Text becomes a tree of values with their places ([`tree`]); a [`reader::Reader`] takes keys from its tables
+//! Text becomes a tree of values with their places (`tree`); a `Reader` takes keys from its tables
 //! and refuses what is wrong at its place. Sections are read *over* a description, so that the command line's
 //! overrides are read by the same code as the file, whatever kind of file it is.
 
@@ -15,6 +15,8 @@ mod textures;
 pub(super) mod tree;
 pub(super) mod world;
 
+#[cfg(test)]
+mod faults;
 #[cfg(test)]
 mod reference_page;
 #[cfg(test)]
@@ -109,19 +111,21 @@ fn sections(root: &mut Reader, base: &Path, scene: &mut SceneDescription) -> Res
 fn apply_overrides(scene: &mut SceneDescription, path: &Path, overrides: &[String]) -> Result<()> {
     let source = Source { path, text: "", overrides };
     let apply = |root: Node| {
-        let mut root = Reader::new("what can be set", root)?;
+        let mut root = Reader::new("--set", root)?;
         sections(&mut root, source.folder(), scene)?;
         root.finish()
     };
     overrides::tree(overrides).and_then(apply).map_err(|fault| source.error(fault))
 }
 
+/// A file's text, without the mark that some editors put before UTF-8.
 fn read_text(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).map_err(Error::io(path))?;
-    String::from_utf8(bytes).map_err(|e| {
+    let text = String::from_utf8(bytes).map_err(|e| {
         let (line, column) = line_and_column(e.as_bytes(), e.utf8_error().valid_up_to());
         Error::parse(path, line, column, "this byte is not UTF-8")
-    })
+    })?;
+    Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
 }
 
 /// What faults' places refer to.

@@ -236,7 +236,9 @@ impl Node {
             return Ok(x);
         }
         let text = if x.is_finite() { bounds.text } else { FINITE.text };
-        Err(Fault::new(self.at, format!("`{key}` must be {text}, found {written}")))
+        let long = written.abs() >= 1e16;
+        let found = if long { format!("{written:e}") } else { written.to_string() };
+        Err(Fault::new(self.at, format!("`{key}` must be {text}, found {found}")))
     }
 
     pub fn numbers<const N: usize>(&self, key: &str, bounds: Bounds) -> Result<[f32; N], Fault> {

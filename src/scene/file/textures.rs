@@ -62,7 +62,7 @@ fn finish(t: Reader, image: ImageTexture) -> Result<ImageTexture, Fault> {
     t.finish().map(|()| image)
 }
 
-fn color_image(
+pub(super) fn color_image(
     t: &mut Reader,
     current: Option<ImageTexture>,
     base: &Path,

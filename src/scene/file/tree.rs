@@ -1,6 +1,7 @@
 //! What a text file holds before it means anything: values, each with the place where it is written.
 
 use std::collections::BTreeMap;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Where something is written.
@@ -61,7 +62,7 @@ impl Value {
             Value::Null => "null",
             Value::Boolean(_) => "a boolean",
             Value::Integer(_) => "an integer",
-            Value::Float(_) => "a number",
+            Value::Float(_) => "a number with a fraction",
             Value::Date => "a date",
             Value::String(_) => "a string",
             Value::Array(_) => "an array",
@@ -83,30 +84,28 @@ fn table(entries: DeTable<'_>, place: &dyn Fn(usize) -> At) -> Result<Value, Fau
     let mut read = Entries::new();
     for (key, value) in entries {
         let at = place(key.span().start);
-        let node =
-            Node { at: place(value.span().start), value: convert(value.into_inner(), at, place)? };
-        read.insert(key.into_inner().into_owned(), Entry { key: at, node });
+        let entry = Entry { key: at, node: node(value, place)? };
+        read.insert(key.into_inner().into_owned(), entry);
     }
     Ok(Value::Table(read))
 }
 
-fn convert(value: DeValue<'_>, at: At, place: &dyn Fn(usize) -> At) -> Result<Value, Fault> {
-    let out_of_range = || Fault::new(at, "a number that no variable can hold");
-    Ok(match value {
+fn node(value: Spanned<DeValue<'_>>, place: &dyn Fn(usize) -> At) -> Result<Node, Fault> {
+    let at = place(value.span().start);
+    let too_long = || Fault::new(at, "this number has too many digits");
+    let value = match value.into_inner() {
         DeValue::String(s) => Value::String(s.into_owned()),
         DeValue::Integer(i) => {
-            Value::Integer(i128::from_str_radix(i.as_str(), i.radix()).map_err(|_| out_of_range())?)
+            let integer = i128::from_str_radix(i.as_str(), i.radix());
+            Value::Integer(integer.map_err(|_| too_long())?)
         }
-        DeValue::Float(f) => Value::Float(f.as_str().parse().map_err(|_| out_of_range())?),
+        DeValue::Float(f) => Value::Float(f.as_str().parse().map_err(|_| too_long())?),
         DeValue::Boolean(b) => Value::Boolean(b),
         DeValue::Datetime(_) => Value::Date,
-        DeValue::Table(t) => table(t, place)?,
+        DeValue::Table(entries) => table(entries, place)?,
         DeValue::Array(items) => {
-            let item = |v: toml::Spanned<DeValue<'_>>| {
-                let at = place(v.span().start);
-                Ok(Node { at, value: convert(v.into_inner(), at, place)? })
-            };
-            Value::Array(items.into_iter().map(item).collect::<Result<_, _>>()?)
+            Value::Array(items.into_iter().map(|item| node(item, place)).collect::<Result<_, _>>()?)
         }
-    })
+    };
+    Ok(Node { at, value })
 }

@@ -48,7 +48,7 @@ fn steps(t: &mut Reader) -> Result<Affine3A, Fault> {
 }
 
 /// Degrees, counter-clockwise when the axis points at the viewer.
-fn rotation(t: &mut Reader) -> Result<Quat, Fault> {
+pub(super) fn rotation(t: &mut Reader) -> Result<Quat, Fault> {
     let (mut axis, mut angle) = (Vec3::ZERO, 0.0);
     t.vector("axis", COORDINATE, &mut axis)?;
     t.number("angle", FINITE, &mut angle)?;
