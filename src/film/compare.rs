@@ -13,7 +13,7 @@ const EPSILON: f64 = 0.01;
 const TRIMMED: f64 = 0.001;
 
 /// All measures of one picture x against one reference r.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Errors {
     /// Mean of (x − r)².
     pub mse: f64,

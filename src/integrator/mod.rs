@@ -3,7 +3,7 @@
 mod backup;
 pub mod batch;
 pub mod mixture;
-mod path;
+pub mod path;
 
 pub use batch::{Batch, BatchResult, Counters, Task};
 pub use path::PathIntegrator;

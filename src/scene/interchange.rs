@@ -98,6 +98,13 @@ impl Import<'_> {
                 adapt_filter(texture)?;
             }
         }
+        // Mitsuba's mask goes by the decoded colour and drops an alpha channel.
+        if let Some(Entry { key, node }) = entries.get_mut("opacity")
+            && let Value::Table(texture) = &mut node.value
+        {
+            let channel = Node { at: node.at, value: Value::String("luminance".to_string()) };
+            texture.insert("channel".to_string(), Entry { key: *key, node: channel });
+        }
         let kind = entries.get("type").and_then(|e| e.node.string("type").ok()).map(str::to_string);
         match kind.as_deref() {
             Some("phong") => phong(name, entries),

@@ -15,6 +15,8 @@ pub(in crate::scene) const SIDE: RangeInclusive<u64> = 1..=65536;
 pub(in crate::scene) const VFOV: Bounds =
     Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
 const STOPS: Bounds = Bounds::new(|x| x.abs() <= 64.0, "between -64 and 64");
+/// Without any share for the BSDF, light that the guide does not know of would be missing.
+const FRACTION: Bounds = Bounds::new(|x| x > 0.0 && x <= 1.0, "greater than 0 and at most 1");
 const ANY: u64 = u32::MAX as u64;
 
 pub(super) fn film(t: &mut Reader, film: &mut FilmDescription) -> Result<(), Fault> {
@@ -40,7 +42,9 @@ pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fau
     t.integer("resolution", 1..=65536, &mut s.resolution)?;
     t.flag("normals", &mut s.normals)?;
     t.integer("strata", 1..=256, &mut s.strata)?;
-    t.number("bsdf_fraction", UNIT, &mut s.bsdf_fraction)?;
+    t.number("bsdf_fraction", FRACTION, &mut s.bsdf_fraction)?;
+    t.number("lambda", UNIT, &mut s.lambda)?;
+    t.number("retain", UNIT, &mut s.retain)?;
     memory(t, "memory", &mut s.memory)
 }
 
@@ -53,6 +57,7 @@ pub(super) fn render(t: &mut Reader, s: &mut RenderSettings) -> Result<(), Fault
     t.integer("spp", 1..=ANY, &mut s.spp)?;
     seconds(t, "time", &mut s.time)?;
     t.integer("seed", 0..=u64::MAX, &mut s.seed)?;
+    t.flag("robust", &mut s.robust)?;
     t.choice("combine", &combines, &mut s.combine)
 }
 

@@ -41,12 +41,17 @@ pub(super) fn scalar(
     let Some(node) = t.take(key) else { return Ok(()) };
     *slot = Some(match &node.value {
         Value::Table(_) => {
-            let current = match slot {
-                Some(ScalarTexture::Image(image)) => Some(image.clone()),
-                _ => None,
+            let (current, mut channel): (_, fn(ImageTexture) -> ScalarTexture) = match slot {
+                Some(ScalarTexture::Image(image)) => (Some(image.clone()), ScalarTexture::Image),
+                Some(ScalarTexture::Luminance(image)) => (Some(image.clone()), ScalarTexture::Luminance),
+                _ => (None, ScalarTexture::Image),
             };
             let mut t = Reader::new(texture_label(t, key), node)?;
-            ScalarTexture::Image(image(&mut t, current, base).and_then(|i| finish(t, i))?)
+            let image = image(&mut t, current, base)?;
+            let channels: [(_, fn(ImageTexture) -> ScalarTexture); 2] =
+                [("alpha", ScalarTexture::Image), ("luminance", ScalarTexture::Luminance)];
+            t.choice("channel", &channels, &mut channel)?;
+            channel(finish(t, image)?)
         }
         Value::Integer(_) | Value::Float(_) => ScalarTexture::Constant(node.number(key, UNIT)?),
         _ => return Err(node.mismatch(key, "a number or { texture = \"file\" }")),
