@@ -17,3 +17,6 @@ pub fn luminance(c: Rgb) -> f32 {
 
 /// The largest `f32` below 1: random numbers stay in [0, 1).
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
+
+#[cfg(test)]
+mod tests;
