@@ -6,6 +6,9 @@
 //! (ηo/ηi)², Veach 1997, §5.2). Delta lobes (perfect mirrors and glass) have no value and no density: only
 //! `sample` meets them.
 
+pub mod fresnel;
+pub mod microfacet;
+
 use crate::math::Rgb;
 use glam::Vec3;
 

@@ -33,6 +33,9 @@ pub struct DirectionTest {
     /// Equal steps of φ.
     pub phi_bins: usize,
     pub samples: u64,
+    /// Halvings of every cell along θ and φ before the quadrature looks whether more are needed: features
+    /// narrower than a cell's side/2^(depth + 2) may be missed. The test then fails, it never passes for that.
+    pub depth: u32,
 }
 
 /// What a test found. A `failure` says what no chance explains; the p-value is then 0.
@@ -104,15 +107,14 @@ impl fmt::Display for Chi2Report {
 }
 
 impl DirectionTest {
-    /// A test with cells of about 8° and 400 000 samples.
+    /// A test with cells of about 8°, resolved to half a degree, and 400 000 samples.
     pub fn new(domain: Domain) -> DirectionTest {
         let cos_bins = if domain == Domain::Sphere { 24 } else { 12 };
-        DirectionTest { domain, cos_bins, phi_bins: 32, samples: 400_000 }
+        DirectionTest { domain, cos_bins, phi_bins: 32, samples: 400_000, depth: 2 }
     }
 
     /// Draws from `sample` (unit directions; `None` is a lost sample) and compares with `pdf` per steradian,
-    /// whose mass may be below 1. Features narrower than about a twentieth of a cell may escape the quadrature:
-    /// the test then fails, it never passes for that.
+    /// whose mass may be below 1.
     pub fn run(
         &self,
         mut sample: impl FnMut() -> Option<Vec3>,
@@ -163,19 +165,23 @@ impl DirectionTest {
 
     /// ∫ pdf dω of every cell.
     fn masses(&self, pdf: &impl Fn(Vec3) -> f32) -> Vec<f64> {
-        let density = |cos: f64, phi: f64| {
-            let sin = (1.0 - cos * cos).max(0.0).sqrt();
-            pdf(Vec3::new((sin * phi.cos()) as f32, (sin * phi.sin()) as f32, cos as f32)) as f64
+        // over θ, not cosθ, in which a lobe about the pole would be needle-sharp
+        let density = |theta: f64, phi: f64| {
+            let (sin, cos) = theta.sin_cos();
+            let w = Vec3::new((sin * phi.cos()) as f32, (sin * phi.sin()) as f32, cos as f32);
+            pdf(w) as f64 * sin
         };
         // errors stay below a hundredth of a sample, or of what chance moves
         let absolute = 0.01 / self.samples as f64;
-        let refinement = Refinement { min_depth: 2, max_depth: 9, absolute, relative: 1e-5 };
+        let refinement =
+            Refinement { min_depth: self.depth, max_depth: 9, absolute, relative: 1e-5 };
         let cos_step = (1.0 - self.cos_min()) / self.cos_bins as f64;
         let phi_step = TAU / self.phi_bins as f64;
         let mut masses = Vec::with_capacity(self.cos_bins * self.phi_bins);
         for i in 0..self.cos_bins {
             for j in 0..self.phi_bins {
-                let x = [i, i + 1].map(|k| self.cos_min() + k as f64 * cos_step);
+                let cos = |k: usize| (self.cos_min() + k as f64 * cos_step).clamp(-1.0, 1.0);
+                let x = [cos(i + 1).acos(), cos(i).acos()];
                 let y = [j, j + 1].map(|k| k as f64 * phi_step);
                 masses.push(integrate(&density, Rect { x, y }, refinement));
             }

@@ -63,7 +63,7 @@ fn a_density_with_a_peak_passes_and_its_mirror_image_does_not() {
     let mut rng = Rng::new(2);
     let right = test.run(|| Some(draw(rng.f32x2())), |w| pdf(w, lobe.n));
     assert!(right.passes(LEVEL), "{right}");
-    assert!((right.mass - 1.0).abs() < 1e-5, "{right}");
+    assert!((right.mass - 1.0).abs() < 1e-4, "{right}");
     let turned = Vec3::new(0.599, 0.02, 0.8).normalize();
     let wrong = test.run(|| Some(draw(rng.f32x2())), |w| pdf(w, turned));
     assert!(wrong.p_value < 1e-6, "{wrong}");
