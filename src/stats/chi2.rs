@@ -171,10 +171,10 @@ impl DirectionTest {
             let w = Vec3::new((sin * phi.cos()) as f32, (sin * phi.sin()) as f32, cos as f32);
             pdf(w) as f64 * sin
         };
-        // errors stay below a hundredth of a sample, or of what chance moves
-        let absolute = 0.01 / self.samples as f64;
+        // far below what chance moves: the two rules differ by more than the finer one errs
+        let absolute = 0.1 / self.samples as f64;
         let refinement =
-            Refinement { min_depth: self.depth, max_depth: 9, absolute, relative: 1e-5 };
+            Refinement { min_depth: self.depth, max_depth: 9, absolute, relative: 1e-4 };
         let cos_step = (1.0 - self.cos_min()) / self.cos_bins as f64;
         let phi_step = TAU / self.phi_bins as f64;
         let mut masses = Vec::with_capacity(self.cos_bins * self.phi_bins);

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 /// ∫ eval dωi of one channel over the sphere, per hemisphere, by quadrature.
 fn scattered(bsdf: &Bsdf, wo: Vec3, channel: usize) -> f64 {
-    let refinement = Refinement { min_depth: 4, max_depth: 9, absolute: 1e-7, relative: 1e-5 };
+    let refinement = Refinement { min_depth: 4, max_depth: 9, absolute: 1e-6, relative: 1e-4 };
     let integrand = |theta: f64, phi: f64| {
         (bsdf.eval(wo, polar(theta as f32, phi as f32))[channel] as f64) * theta.sin()
     };
