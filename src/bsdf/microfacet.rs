@@ -70,7 +70,7 @@ impl Microfacet {
     }
 
     /// Density of [`Self::sample_visible`] per steradian of m: G1(wo)·max(0, wo·m)·D(m)/cosθo
-    /// (Heitz & d'Eon 2014, eq. 2).
+    /// (Heitz & d'Eon 2014).
     #[inline]
     pub fn visible_pdf(&self, wo: Vec3, m: Vec3) -> f32 {
         self.g1_over_cos(wo) * wo.dot(m).max(0.0) * self.d(m)
@@ -79,7 +79,7 @@ impl Microfacet {
     /// A normal visible from `wo` (wo.z ≥ 0).
     ///
     /// GGX: reflections of spherical caps (Dupuy & Benyoub 2023). Beckmann: slopes by inversion (Heitz & d'Eon
-    /// 2014, supplement). Both stretch the surface to alpha 1 first (Heitz 2014, §5.3).
+    /// 2014, supplement). Both stretch the surface to alpha 1 first (Heitz 2014).
     #[inline]
     pub fn sample_visible(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         let w = Vec3::new(self.alpha * wo.x, self.alpha * wo.y, wo.z).normalize();
@@ -117,7 +117,7 @@ fn visible_gaussian_slope(cos: f32, u: f32) -> f32 {
     let mut x = erf_inv(e);
     for _ in 0..12 {
         let excess = integral(e, x) - target;
-        if excess.abs() < 2e-7 {
+        if excess.abs() < 1e-6 {
             break;
         }
         if excess > 0.0 {

@@ -175,9 +175,12 @@ impl<'s> Bsdf<'s> {
         each!(&self.kind, b => is_smooth(b))
     }
 
-    /// Estimate of the share of light from `wo`'s mirror-reversed path that is scattered, delta lobes included,
-    /// without the scaling of radiance by refraction; in [0, 1]. Exact for diffuse kinds, smooth glass, mirrors
-    /// and plastic; rough metal and glass count as if facets shadowed nothing, principled as if its base were Lambertian.
+    /// Estimate of the directional-hemispherical albedo from `wo`: the share of energy that all lobes together,
+    /// delta lobes included, scatter; the scaling of radiance by refraction left out; in [0, 1].
+    ///
+    /// Exact for diffuse kinds, mirrors, smooth glass and plastic; within 0.003 for rough plastic. Rough metal and
+    /// glass count as if no facet shadowed another: too high by up to 0.09 near the normal and 0.17 towards grazing
+    /// at alpha 0.25, by up to 0.7 at alpha 1. Principled likewise, over a Lambertian base.
     #[inline]
     pub fn albedo(&self, wo: Vec3) -> Rgb {
         let wo = if self.turned(wo) { mirrored(wo) } else { wo };

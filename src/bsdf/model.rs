@@ -66,21 +66,19 @@ impl BsdfModel {
             D::Diffuse { .. } => Model::Diffuse,
             D::DiffuseTransmitter { .. } => Model::DiffuseTransmitter,
             D::Conductor { eta_k, alpha, distribution, .. } => {
-                conductor(checked_metal(eta_k)?, checked_alpha(alpha)?, distribution)
+                conductor(eta_k, alpha, distribution)?
             }
             D::Dielectric {
                 int_ior,
                 ext_ior,
-                specular_reflectance,
-                specular_transmittance,
+                specular_reflectance: reflectance,
+                specular_transmittance: transmittance,
                 alpha,
                 distribution,
                 thin,
             } => {
                 let interface = Interface::new(int_ior, ext_ior, alpha, distribution)?;
-                checked_color(specular_reflectance, "specular_reflectance")?;
-                checked_color(specular_transmittance, "specular_transmittance")?;
-                dielectric(interface, specular_reflectance, specular_transmittance, thin)?
+                dielectric(interface, reflectance, transmittance, thin)?
             }
             D::Plastic {
                 specular_reflectance: specular,
@@ -92,10 +90,10 @@ impl BsdfModel {
                 ..
             } => {
                 let interface = Interface::new(int_ior, ext_ior, alpha, distribution)?;
-                checked_color(specular, "specular_reflectance")?;
-                plastic(interface, specular, nonlinear, coats)
+                plastic(interface, specular, nonlinear, coats)?
             }
             D::Principled {
+                base_color: _,
                 metallic,
                 roughness,
                 specular,
@@ -104,17 +102,16 @@ impl BsdfModel {
                 clearcoat_gloss,
                 sheen,
                 sheen_tint,
-                ..
-            } => Model::Principled(PrincipledLobes::new(PrincipledParameters {
-                metallic: checked_share(metallic, "metallic")?,
-                roughness: checked_share(roughness, "roughness")?,
-                specular: checked_share(specular, "specular")?,
-                spec_tint: checked_share(spec_tint, "spec_tint")?,
-                clearcoat: checked_share(clearcoat, "clearcoat")?,
-                clearcoat_gloss: checked_share(clearcoat_gloss, "clearcoat_gloss")?,
-                sheen: checked_share(sheen, "sheen")?,
-                sheen_tint: checked_share(sheen_tint, "sheen_tint")?,
-            })),
+            } => Model::Principled(PrincipledLobes::new(checked_shares(PrincipledParameters {
+                metallic,
+                roughness,
+                specular,
+                spec_tint,
+                clearcoat,
+                clearcoat_gloss,
+                sheen,
+                sheen_tint,
+            })?)),
             D::Null => Model::Clear(BsdfKind::Null(Null)),
         };
         Ok(BsdfModel { model, two_sided })
@@ -175,12 +172,16 @@ impl Interface {
     }
 }
 
-fn conductor(metal: Metal, alpha: f32, distribution: MicrofacetDistribution) -> Model {
-    if alpha == 0.0 {
-        Model::Mirror(metal)
-    } else {
-        Model::RoughConductor(metal, Microfacet::new(distribution, alpha))
-    }
+fn conductor(
+    eta_k: Option<(Rgb, Rgb)>,
+    alpha: f32,
+    distribution: MicrofacetDistribution,
+) -> Result<Model> {
+    let metal = checked_metal(eta_k)?;
+    Ok(match checked_alpha(alpha)? {
+        0.0 => Model::Mirror(metal),
+        alpha => Model::RoughConductor(metal, Microfacet::new(distribution, alpha)),
+    })
 }
 
 fn dielectric(
@@ -189,6 +190,8 @@ fn dielectric(
     transmittance: Rgb,
     thin: bool,
 ) -> Result<Model> {
+    checked_color(reflectance, "specular_reflectance")?;
+    checked_color(transmittance, "specular_transmittance")?;
     let Interface { eta, alpha, distribution } = interface;
     if thin && alpha > 0.0 {
         return Err(Error::Scene("a thin dielectric must be smooth (alpha = 0)".into()));
@@ -204,13 +207,19 @@ fn dielectric(
     }))
 }
 
-fn plastic(interface: Interface, specular: Rgb, nonlinear: bool, coats: &mut CoatTables) -> Model {
+fn plastic(
+    interface: Interface,
+    specular: Rgb,
+    nonlinear: bool,
+    coats: &mut CoatTables,
+) -> Result<Model> {
+    checked_color(specular, "specular_reflectance")?;
     let Interface { eta, alpha, distribution } = interface;
-    if alpha == 0.0 {
+    Ok(if alpha == 0.0 {
         Model::Plastic { coat: SmoothCoat::new(eta), specular, nonlinear }
     } else {
         Model::RoughPlastic { coat: coats.get(eta, alpha, distribution), specular, nonlinear }
-    }
+    })
 }
 
 fn checked_metal(eta_k: Option<(Rgb, Rgb)>) -> Result<Metal> {
@@ -232,12 +241,22 @@ fn checked_alpha(alpha: f32) -> Result<f32> {
     }
 }
 
-fn checked_share(share: f32, name: &str) -> Result<f32> {
-    if (0.0..=1.0).contains(&share) {
-        Ok(share)
-    } else {
-        Err(out_of_domain(name, "between 0 and 1"))
+fn checked_shares(set: PrincipledParameters) -> Result<PrincipledParameters> {
+    for (name, share) in [
+        ("metallic", set.metallic),
+        ("roughness", set.roughness),
+        ("specular", set.specular),
+        ("spec_tint", set.spec_tint),
+        ("clearcoat", set.clearcoat),
+        ("clearcoat_gloss", set.clearcoat_gloss),
+        ("sheen", set.sheen),
+        ("sheen_tint", set.sheen_tint),
+    ] {
+        if !(0.0..=1.0).contains(&share) {
+            return Err(out_of_domain(name, "between 0 and 1"));
+        }
     }
+    Ok(set)
 }
 
 fn checked_color(color: Rgb, name: &str) -> Result<()> {

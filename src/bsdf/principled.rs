@@ -183,7 +183,7 @@ impl Clearcoat {
         0.25 * Clearcoat::fresnel(wo.dot(m)) * self.d(m) * g * wi.z
     }
 
-    /// D(m) = (α² − 1)/(π ln α² (1 + (α² − 1) cos²θm)); ∫D cosθm dωm = 1 (Burley 2012, eq. 4).
+    /// D(m) = (α² − 1)/(π ln α² (1 + (α² − 1) cos²θm)); ∫D cosθm dωm = 1 (Burley 2012, appendix B).
     fn d(&self, m: Vec3) -> f32 {
         let a2 = self.alpha * self.alpha;
         // 1 + (α² − 1) cos² without cancellation near the pole

@@ -42,7 +42,7 @@ impl Summary {
     }
 }
 
-/// Confidence interval of the ratio E[a]/E[b] of two independent sets of runs, by the delta method on the
+/// Confidence interval of the ratio of the expectations of two independent sets of runs, `a` over `b`, by the delta method on the
 /// logarithm: var ln(ā/b̄) ≈ se_a²/ā² + se_b²/b̄² (Hedges, Gurevitch & Curtis 1999), Student's t with
 /// Welch's degrees of freedom (1947). `None` where a mean is not positive.
 pub fn ratio_interval(a: &Summary, b: &Summary, level: f64) -> Option<Interval> {

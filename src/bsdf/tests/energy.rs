@@ -146,10 +146,6 @@ fn light_may_take_any_path_backwards() {
     let mut rng = Rng::new(65);
     for material in &smooth_materials() {
         let bsdf = material.bsdf();
-        // the one kind that is not reciprocal in Burley's model either is the coat's missing cosine
-        if material.name == format!("{ALL_LOBES:?}") {
-            continue;
-        }
         let eta_of = |w: Vec3| match bsdf.kind() {
             BsdfKind::RoughDielectric(d) if w.z < 0.0 => d.eta,
             _ => 1.0,
@@ -159,13 +155,32 @@ fn light_may_take_any_path_backwards() {
                 crate::math::warp::square_to_uniform_sphere(rng.f32x2()),
                 crate::math::warp::square_to_uniform_sphere(rng.f32x2()),
             );
-            // f(a, b)/η_b² is symmetric when radiance is carried (Veach 1997, eq. 5.14)
+            // f(a, b)/η_b² is symmetric when radiance is carried (Veach 1997, §5.2)
             let there = bsdf.eval(a, b) * (eta_of(b) / eta_of(a)).powi(2) / b.z.abs();
             let back = bsdf.eval(b, a) / a.z.abs();
             let off = (there - back).abs().max_element();
             // far tails of Beckmann's exponential keep two digits in single precision
             let fine = off <= 2e-3 * there.max_element() + 1e-5;
             assert!(fine, "{} {a} {b}: {there} {back}", material.name);
+        }
+    }
+}
+
+#[test]
+fn principled_gains_no_more_than_burleys_lobes_do() {
+    // known excess of the model: retro-reflection and sheen of a white, rough, dielectric base at grazing angles
+    let worst = PrincipledParameters {
+        roughness: 1.0,
+        specular: 0.5,
+        sheen: 1.0,
+        ..PrincipledParameters::default()
+    };
+    let excess = principled(worst).colored(Rgb::ONE, Rgb::ZERO);
+    let cases = [(principled(TILES), 1.0), (principled(ALL_LOBES), 1.05), (excess, 1.6)];
+    for (material, most) in &cases {
+        for wo in [Vec3::Z, polar(0.8, 1.0), polar(1.4, 2.0), polar(1.5, 2.0)] {
+            let whole = scattered(&material.bsdf(), wo, 0);
+            assert!(whole <= *most, "{} {wo}: {whole}", material.name);
         }
     }
 }
