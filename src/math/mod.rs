@@ -20,3 +20,5 @@ pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// The largest `f64` below 1.
 pub const ONE_MINUS_EPSILON_F64: f64 = 1.0 - f64::EPSILON / 2.0;
+#[cfg(test)]
+mod tests;

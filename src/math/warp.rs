@@ -45,18 +45,18 @@ pub fn disk_to_square(p: Vec2) -> [f32; 2] {
     [to_unit(x), to_unit(y)]
 }
 
-/// atan on [0, 1] to 2·10⁻⁷ (odd minimax polynomial): the table look-ups need no more.
+/// atan on [0, 1] to 2·10⁻⁷ in single precision (Abramowitz & Stegun 1964, eq. 4.4.49): the table look-ups need no more.
 #[inline]
 fn atan_unit(t: f32) -> f32 {
     let s = t * t;
-    let p = 0.002_822_363_8;
-    let p = p * s - 0.015_956_9;
-    let p = p * s + 0.042_504_1;
-    let p = p * s - 0.074_890_02;
-    let p = p * s + 0.106_347_93;
-    let p = p * s - 0.142_027_37;
-    let p = p * s + 0.199_926_92;
-    let p = p * s - 0.333_330_97;
+    let p = 0.002_866_225_7;
+    let p = p * s - 0.016_165_737;
+    let p = p * s + 0.042_909_615;
+    let p = p * s - 0.075_289_64;
+    let p = p * s + 0.106_562_64;
+    let p = p * s - 0.142_089;
+    let p = p * s + 0.199_935_51;
+    let p = p * s - 0.333_331_47;
     t + t * s * p
 }
 

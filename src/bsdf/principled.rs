@@ -1,0 +1,205 @@
+//! Disney's principled model (Burley 2012, "Physically Based Shading at Disney"), opaque and isotropic, with the
+//! conventions of Mitsuba 3: exact dielectric Fresnel where not tinted, separable Smith shadowing. Like the
+//! original it may reflect a little more than it receives (rough, bright bases at grazing angles).
+
+use super::microfacet::Microfacet;
+use super::rough_conductor::{reflection_pdf, sample_reflection};
+use super::{BLACK, BsdfSample, Scatter, fresnel};
+use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::math::{Rgb, luminance};
+use crate::scene::description::MicrofacetDistribution::Ggx;
+use glam::Vec3;
+use std::f32::consts::{FRAC_1_PI, TAU};
+
+/// What an artist sets, every number in [0, 1]; names as in Burley's notes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PrincipledParameters {
+    pub metallic: f32,
+    pub roughness: f32,
+    pub specular: f32,
+    pub spec_tint: f32,
+    pub clearcoat: f32,
+    pub clearcoat_gloss: f32,
+    pub sheen: f32,
+    pub sheen_tint: f32,
+}
+
+/// The parameters and what follows from them, computed once per material.
+#[derive(Clone, Copy, Debug)]
+pub struct PrincipledLobes {
+    set: PrincipledParameters,
+    /// From the reflectance at normal incidence, 0.08·specular.
+    eta: f32,
+    facets: Microfacet,
+    coat: Clearcoat,
+}
+
+impl PrincipledLobes {
+    pub fn new(set: PrincipledParameters) -> PrincipledLobes {
+        let eta = 2.0 / (1.0 - (0.08 * set.specular).sqrt()) - 1.0;
+        let alpha = (set.roughness * set.roughness).max(1e-3);
+        let coat = Clearcoat { alpha: 0.1 + (0.001 - 0.1) * set.clearcoat_gloss };
+        PrincipledLobes { set, eta, facets: Microfacet::new(Ggx, alpha), coat }
+    }
+}
+
+/// Base, specular and clear-coat lobes over a base colour.
+#[derive(Clone, Copy, Debug)]
+pub struct Principled<'s> {
+    pub base_color: Rgb,
+    pub lobes: &'s PrincipledLobes,
+}
+
+/// Probabilities of choosing each lobe; they sum to 1.
+struct Choice {
+    specular: f32,
+    coat: f32,
+    base: f32,
+}
+
+impl Principled<'_> {
+    /// The base colour without its brightness.
+    fn tint(&self) -> Rgb {
+        let l = luminance(self.base_color);
+        if l > 0.0 { self.base_color / l } else { Rgb::ONE }
+    }
+
+    /// Fresnel reflectance of facets met at cosine `cos`: metallic by Schlick from the base colour, dielectric
+    /// exact, its tinted share by Schlick.
+    fn fresnel(&self, cos: f32) -> Rgb {
+        let PrincipledLobes { set, eta, .. } = self.lobes;
+        let schlick = |r0: Rgb| r0 + (Rgb::ONE - r0) * fresnel::schlick_weight(cos);
+        let (dielectric, _) = fresnel::dielectric(cos, *eta);
+        let mut f = Rgb::splat((1.0 - set.metallic) * (1.0 - set.spec_tint) * dielectric);
+        if set.metallic > 0.0 {
+            f += set.metallic * schlick(self.base_color);
+        }
+        if set.spec_tint > 0.0 {
+            let r0 = ((eta - 1.0) / (eta + 1.0)).powi(2);
+            f += (1.0 - set.metallic) * set.spec_tint * schlick(r0 * self.tint());
+        }
+        f
+    }
+
+    /// Diffuse, retro-reflective and sheen lobes; `cos_d` is that of both directions to their half-vector.
+    fn base(&self, cos_o: f32, cos_i: f32, cos_d: f32) -> Rgb {
+        let set = &self.lobes.set;
+        let (fo, fi) = (fresnel::schlick_weight(cos_o), fresnel::schlick_weight(cos_i));
+        let diffuse = (1.0 - 0.5 * fo) * (1.0 - 0.5 * fi);
+        let rr = 2.0 * set.roughness * cos_d * cos_d;
+        let retro = rr * (fo + fi + fo * fi * (rr - 1.0));
+        let mut f = self.base_color * (FRAC_1_PI * (diffuse + retro));
+        if set.sheen > 0.0 {
+            f += self.sheen_color() * (set.sheen * fresnel::schlick_weight(cos_d));
+        }
+        f * ((1.0 - set.metallic) * cos_i)
+    }
+
+    fn sheen_color(&self) -> Rgb {
+        Rgb::ONE.lerp(self.tint(), self.lobes.set.sheen_tint)
+    }
+
+    /// In proportion to what the lobes reflect, roughly. The specular lobe, which covers all directions, always
+    /// has a share, since it may be brighter off the macroscopic normal.
+    fn choice(&self, wo: Vec3) -> Choice {
+        let set = &self.lobes.set;
+        let specular = luminance(self.fresnel(wo.z)).max(0.04);
+        let sheen = 0.1 * set.sheen * luminance(self.sheen_color());
+        let base = (1.0 - set.metallic) * (luminance(self.base_color) + sheen);
+        let coat = self.coat_albedo(wo);
+        let sum = specular + base + coat;
+        Choice { specular: specular / sum, coat: coat / sum, base: base / sum }
+    }
+
+    /// A sharp lobe D·cosθi about the mirrored direction integrates to 4 cos²θ.
+    fn coat_albedo(&self, wo: Vec3) -> f32 {
+        self.lobes.set.clearcoat * Clearcoat::fresnel(wo.z) * wo.z * wo.z
+    }
+}
+
+impl Scatter for Principled<'_> {
+    const SMOOTH: bool = true;
+    const OPAQUE: bool = true;
+
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        let PrincipledLobes { set, facets, coat, .. } = self.lobes;
+        let Some((m, specular_pdf)) = reflection_pdf(facets, wo, wi) else { return BLACK };
+        let (choice, cos_d) = (self.choice(wo), wo.dot(m));
+        let mut value = self.fresnel(cos_d) * (specular_pdf * facets.g1(wi));
+        let mut pdf =
+            choice.specular * specular_pdf + choice.base * square_to_cosine_hemisphere_pdf(wi);
+        value += self.base(wo.z, wi.z, cos_d);
+        if set.clearcoat > 0.0 {
+            value += Rgb::splat(set.clearcoat * coat.eval(wo, wi, m));
+            pdf += choice.coat * coat.pdf(wo, m);
+        }
+        (value, pdf)
+    }
+
+    fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let choice = self.choice(wo);
+        let wi = if u_lobe < choice.specular {
+            sample_reflection(&self.lobes.facets, wo, u)?
+        } else if u_lobe < choice.specular + choice.coat {
+            fresnel::reflect(wo, self.lobes.coat.sample(u)).normalize()
+        } else {
+            square_to_cosine_hemisphere(u)
+        };
+        BsdfSample::smooth(wi, self.eval_pdf(wo, wi), 1.0)
+    }
+
+    fn albedo(&self, wo: Vec3) -> Rgb {
+        if wo.z <= 0.0 {
+            return Rgb::ZERO;
+        }
+        let base = (1.0 - self.lobes.set.metallic) * self.base_color;
+        self.fresnel(wo.z) + base + Rgb::splat(self.coat_albedo(wo))
+    }
+
+    fn roughness(&self) -> f32 {
+        let alpha = self.lobes.facets.alpha();
+        if self.lobes.set.clearcoat > 0.0 { alpha.min(self.lobes.coat.alpha) } else { alpha }
+    }
+}
+
+/// The clear coat: Burley's GTR1 distribution, Schlick's Fresnel from 0.04, shadowing as of GGX with alpha 0.25.
+#[derive(Clone, Copy, Debug)]
+struct Clearcoat {
+    alpha: f32,
+}
+
+impl Clearcoat {
+    fn fresnel(cos: f32) -> f32 {
+        0.04 + 0.96 * fresnel::schlick_weight(cos)
+    }
+
+    /// F·D·G·cosθi/4: Burley's lobe has no 1/(4 cosθo cosθi).
+    fn eval(&self, wo: Vec3, wi: Vec3, m: Vec3) -> f32 {
+        let shadowing = Microfacet::new(Ggx, 0.25);
+        let g = shadowing.g1(wo) * shadowing.g1(wi);
+        0.25 * Clearcoat::fresnel(wo.dot(m)) * self.d(m) * g * wi.z
+    }
+
+    /// D(m) = (α² − 1)/(π ln α² (1 + (α² − 1) cos²θm)); ∫D cosθm dωm = 1 (Burley 2012, appendix B).
+    fn d(&self, m: Vec3) -> f32 {
+        let a2 = self.alpha * self.alpha;
+        // 1 + (α² − 1) cos² without cancellation near the pole
+        let t = m.x * m.x + m.y * m.y + a2 * m.z * m.z;
+        (a2 - 1.0) * FRAC_1_PI / (a2.ln() * t)
+    }
+
+    fn sample(&self, u: [f32; 2]) -> Vec3 {
+        let a2 = self.alpha * self.alpha;
+        let cos2 = ((1.0 - a2.powf(1.0 - u[0])) / (1.0 - a2)).clamp(0.0, 1.0);
+        let (sin, (sin_phi, cos_phi)) = ((1.0 - cos2).sqrt(), (TAU * u[1]).sin_cos());
+        Vec3::new(sin * cos_phi, sin * sin_phi, cos2.sqrt())
+    }
+
+    /// Density of wi when m is drawn by [`Self::sample`] and wo mirrored at it.
+    fn pdf(&self, wo: Vec3, m: Vec3) -> f32 {
+        0.25 * self.d(m) * m.z / wo.dot(m)
+    }
+}

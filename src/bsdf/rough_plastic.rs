@@ -1,0 +1,79 @@
+//! A diffuse base under a rough dielectric coat.
+
+use super::coat::CoatTable;
+use super::plastic::base_under_coat;
+use super::rough_conductor::{reflection_pdf, sample_reflection};
+use super::{BLACK, BsdfSample, Scatter, choice, fresnel};
+use crate::math::Rgb;
+use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use glam::Vec3;
+
+/// A microfacet reflection and a base T(cosθo)·T(cosθi)·base/π, T what enters a rough coat at all.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughPlastic<'s> {
+    base: Rgb,
+    specular: Rgb,
+    coat: &'s CoatTable,
+}
+
+impl<'s> RoughPlastic<'s> {
+    /// `reflectance` of the base, `specular` times the coat's reflection.
+    #[inline]
+    pub fn new(
+        reflectance: Rgb,
+        specular: Rgb,
+        coat: &'s CoatTable,
+        nonlinear: bool,
+    ) -> RoughPlastic<'s> {
+        let base = base_under_coat(reflectance, coat.internal_reflectance(), coat.eta(), nonlinear);
+        RoughPlastic { base, specular, coat }
+    }
+
+    /// Albedos from wo: of the coat, and of the base.
+    fn albedos(&self, wo: Vec3) -> (Rgb, Rgb) {
+        let entering = self.coat.transmittance(wo.z) * self.coat.mean_transmittance();
+        (self.coat.reflectance(wo.z) * self.specular, entering * self.base)
+    }
+}
+
+impl Scatter for RoughPlastic<'_> {
+    const SMOOTH: bool = true;
+    const OPAQUE: bool = true;
+
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        let microfacet = self.coat.microfacet();
+        let Some((m, coat_pdf)) = reflection_pdf(microfacet, wo, wi) else { return BLACK };
+        let (coat, base) = self.albedos(wo);
+        let Some(p) = choice(coat, base) else { return BLACK };
+        let (f, _) = fresnel::dielectric(wo.dot(m), self.coat.eta());
+        let cosine = square_to_cosine_hemisphere_pdf(wi);
+        let t = self.coat.transmittance(wo.z) * self.coat.transmittance(wi.z);
+        let value = self.specular * (f * coat_pdf * microfacet.g1(wi)) + self.base * (t * cosine);
+        (value, p * coat_pdf + (1.0 - p) * cosine)
+    }
+
+    fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let (coat, base) = self.albedos(wo);
+        let wi = if u_lobe < choice(coat, base)? {
+            sample_reflection(self.coat.microfacet(), wo, u)?
+        } else {
+            square_to_cosine_hemisphere(u)
+        };
+        BsdfSample::smooth(wi, self.eval_pdf(wo, wi), 1.0)
+    }
+
+    fn albedo(&self, wo: Vec3) -> Rgb {
+        if wo.z <= 0.0 {
+            return Rgb::ZERO;
+        }
+        let (coat, base) = self.albedos(wo);
+        coat + base
+    }
+
+    fn roughness(&self) -> f32 {
+        self.coat.microfacet().alpha()
+    }
+}

@@ -1,0 +1,163 @@
+//! Every kind against its contract. Materials are built as from a scene file.
+
+mod chi2;
+mod consistency;
+mod energy;
+mod reference;
+
+use super::*;
+use crate::scene::description::MicrofacetDistribution::{self, Beckmann, Ggx};
+use crate::scene::description::{BsdfDescription, ColorTexture};
+
+const WHITE: ColorTexture = ColorTexture::Constant(Rgb::ONE);
+
+/// A material and the colours it is looked at with.
+struct Material {
+    name: String,
+    model: BsdfModel,
+    colors: [Rgb; 2],
+}
+
+impl Material {
+    fn new(name: impl Into<String>, description: BsdfDescription, two_sided: bool) -> Material {
+        let model = BsdfModel::new(&description, two_sided, &mut CoatTables::default()).unwrap();
+        Material { name: name.into(), model, colors: [Rgb::ONE; 2] }
+    }
+
+    fn colored(self, first: Rgb, second: Rgb) -> Material {
+        Material { colors: [first, second], ..self }
+    }
+
+    fn bsdf(&self) -> Bsdf<'_> {
+        self.model.at(self.colors)
+    }
+}
+
+fn polar(theta: f32, phi: f32) -> Vec3 {
+    Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+}
+
+const COPPER: (Rgb, Rgb) =
+    (Rgb::new(0.200_438, 0.924_033, 1.102_21), Rgb::new(3.912_95, 2.452_85, 2.142_19));
+
+fn diffuse() -> Material {
+    let description = BsdfDescription::Diffuse { reflectance: WHITE };
+    Material::new("diffuse", description, true).colored(Rgb::new(0.8, 0.5, 0.2), Rgb::ZERO)
+}
+
+fn transmitter() -> Material {
+    let description =
+        BsdfDescription::DiffuseTransmitter { reflectance: WHITE, transmittance: WHITE };
+    Material::new("transmitter", description, false)
+        .colored(Rgb::new(0.5, 0.4, 0.1), Rgb::new(0.3, 0.1, 0.2))
+}
+
+fn conductor(eta_k: Option<(Rgb, Rgb)>, kind: MicrofacetDistribution, alpha: f32) -> Material {
+    let description = BsdfDescription::Conductor {
+        eta_k,
+        specular_reflectance: WHITE,
+        alpha,
+        distribution: kind,
+    };
+    Material::new(format!("conductor {kind:?} {alpha}"), description, true)
+}
+
+fn dielectric(ior: f32, kind: MicrofacetDistribution, alpha: f32, thin: bool) -> Material {
+    let description = BsdfDescription::Dielectric {
+        int_ior: ior,
+        ext_ior: 1.0,
+        specular_reflectance: Rgb::ONE,
+        specular_transmittance: Rgb::ONE,
+        alpha,
+        distribution: kind,
+        thin,
+    };
+    Material::new(format!("dielectric {ior} {kind:?} {alpha} {thin}"), description, false)
+}
+
+fn plastic(kind: MicrofacetDistribution, alpha: f32, nonlinear: bool, specular: Rgb) -> Material {
+    let description = BsdfDescription::Plastic {
+        reflectance: WHITE,
+        specular_reflectance: specular,
+        int_ior: 1.5,
+        ext_ior: 1.0,
+        alpha,
+        distribution: kind,
+        nonlinear,
+    };
+    Material::new(format!("plastic {kind:?} {alpha} {nonlinear}"), description, true)
+        .colored(Rgb::new(0.8, 0.4, 0.1), Rgb::ZERO)
+}
+
+fn principled(set: PrincipledParameters) -> Material {
+    let description = BsdfDescription::Principled {
+        base_color: WHITE,
+        metallic: set.metallic,
+        roughness: set.roughness,
+        specular: set.specular,
+        spec_tint: set.spec_tint,
+        clearcoat: set.clearcoat,
+        clearcoat_gloss: set.clearcoat_gloss,
+        sheen: set.sheen,
+        sheen_tint: set.sheen_tint,
+    };
+    Material::new(format!("{set:?}"), description, true).colored(Rgb::new(0.8, 0.4, 0.1), Rgb::ZERO)
+}
+
+/// The floor of the staircase scene.
+const TILES: PrincipledParameters = PrincipledParameters {
+    metallic: 0.745_455,
+    roughness: 0.5,
+    specular: 0.5,
+    spec_tint: 0.0,
+    clearcoat: 0.0,
+    clearcoat_gloss: 0.0,
+    sheen: 0.0,
+    sheen_tint: 0.0,
+};
+
+/// Every lobe of the principled model at once.
+const ALL_LOBES: PrincipledParameters = PrincipledParameters {
+    metallic: 0.2,
+    roughness: 0.3,
+    specular: 0.7,
+    spec_tint: 0.4,
+    clearcoat: 0.8,
+    clearcoat_gloss: 0.3,
+    sheen: 0.5,
+    sheen_tint: 0.6,
+};
+
+/// Every kind with smooth lobes.
+fn smooth_materials() -> Vec<Material> {
+    let mut all = vec![diffuse(), transmitter(), plastic(Ggx, 0.0, true, Rgb::ONE)];
+    for kind in [Ggx, Beckmann] {
+        for alpha in [0.05, 0.25, 0.8] {
+            all.push(conductor(Some(COPPER), kind, alpha));
+            all.push(dielectric(1.5, kind, alpha, false));
+            all.push(plastic(kind, alpha, true, Rgb::ONE));
+        }
+        all.push(dielectric(1.1, kind, 0.2, false));
+        all.push(dielectric(0.7, kind, 0.2, false));
+    }
+    all.push(plastic(Ggx, 0.1, false, Rgb::new(1.0, 0.5, 0.2)));
+    all.push(principled(TILES));
+    all.push(principled(ALL_LOBES));
+    all
+}
+
+/// Every kind that is all delta.
+fn delta_materials() -> Vec<Material> {
+    vec![
+        conductor(Some(COPPER), Ggx, 0.0),
+        conductor(None, Ggx, 0.0),
+        dielectric(1.5, Ggx, 0.0, false),
+        dielectric(1.5, Ggx, 0.0, true),
+        Material::new("null", BsdfDescription::Null, false),
+    ]
+}
+
+/// From the normal to grazing, above and below.
+fn views() -> [Vec3; 6] {
+    [Vec3::Z, polar(0.6, 1.0), polar(1.2, 2.0), polar(1.5, 4.0), polar(2.4, 5.0), polar(1.67, 0.3)]
+}
