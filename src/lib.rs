@@ -3,6 +3,7 @@
 pub mod bsdf;
 pub mod error;
 pub mod film;
+pub mod generate;
 pub mod geometry;
 pub mod light;
 pub mod math;
