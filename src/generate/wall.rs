@@ -21,7 +21,7 @@ vfov = 60.0
 width = 512
 height = 384
 filter = "box"
-exposure = 0.8
+exposure = 0.3
 
 [[mesh]]
 path = "wall.obj"

@@ -83,7 +83,7 @@ fn every_pixel_of_a_closed_scene_sees_a_front() {
     }
 }
 
-/// Whether a point sees any of 4 x 4 points of the lamp's front, whose corners span a parallelogram.
+/// Whether a point sees any of five spots on each triangle of the lamp's front.
 fn sees_lamp(world: &World, p: DVec3) -> bool {
     let lamp: Vec<&Face> = world.faces.iter().filter(|f| f.material == "lamp").collect();
     let spots = lamp.iter().flat_map(|face| {
