@@ -1,3 +1,4 @@
 //! From files to an immutable scene.
 
 pub mod description;
+pub mod obj;
