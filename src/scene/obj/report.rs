@@ -42,6 +42,7 @@ impl<'a> Reporter<'a> {
         };
         tally(census.slivers, "a face with fewer than three corners is left out");
         tally(census.strokes, "points and lines are left out");
+        tally(census.others, "statements of more kinds are ignored");
         for (kind, &found) in &census.unknown {
             tally(Some(found), &format!("statement `{kind}` is ignored"));
         }

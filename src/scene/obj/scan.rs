@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Kinds of unknown statements told apart per block; a file that is no OBJ at all has any number of them.
+/// Kinds of unknown statements told apart; a file that is no OBJ at all has any number of them.
 const UNKNOWN_KINDS: usize = 16;
 
 /// Numbers of vertices of each sort.
@@ -48,6 +48,8 @@ pub(super) struct Census {
     /// Points and lines.
     pub strokes: Option<Tally>,
     pub unknown: BTreeMap<String, Tally>,
+    /// Unknown statements of further kinds.
+    pub others: Option<Tally>,
 }
 
 /// A `usemtl`: `name` is an index into [`Census::names`].
@@ -72,15 +74,22 @@ pub(super) fn scan(text: &[u8]) -> Census {
             b"usemtl" => census.switch(at, lines::name(rest), &mut names),
             b"mtllib" => census.libraries.push((at as u64, lines::name(rest).to_vec())),
             b"g" | b"o" | b"s" => {}
-            b"l" | b"p" => bump(&mut census.strokes, at),
-            _ => census.unknown(at, keyword),
+            b"l" | b"p" => add(&mut census.strokes, once(at)),
+            _ => census.unknown(lines::excerpt(keyword), once(at)),
         }
     }
     census
 }
 
-fn bump(tally: &mut Option<Tally>, at: usize) {
-    tally.get_or_insert(Tally { first: at as u64, count: 0 }).count += 1;
+fn once(at: usize) -> Tally {
+    Tally { first: at as u64, count: 1 }
+}
+
+fn add(total: &mut Option<Tally>, more: Tally) {
+    match total {
+        Some(total) => total.count += more.count,
+        None => *total = Some(more),
+    }
 }
 
 /// The number of arguments; the third pass reads exactly as many corners.
@@ -104,7 +113,7 @@ impl Census {
     fn face(&mut self, at: usize, rest: &[u8]) {
         match corners(rest) {
             n @ 3.. => self.triangles += n - 2,
-            _ => bump(&mut self.slivers, at),
+            _ => add(&mut self.slivers, once(at)),
         }
     }
 
@@ -129,12 +138,24 @@ impl Census {
         std::iter::once(("", 0..first, 0)).chain(named).filter(|(_, range, _)| !range.is_empty())
     }
 
-    fn unknown(&mut self, at: usize, keyword: &[u8]) {
+    /// Takes in what a block that begins at `start` leaves out.
+    fn leave_out(&mut self, start: u64, block: &Census) {
+        let moved = |tally: &Tally| Tally { first: start + tally.first, ..*tally };
+        block.slivers.iter().for_each(|tally| add(&mut self.slivers, moved(tally)));
+        block.strokes.iter().for_each(|tally| add(&mut self.strokes, moved(tally)));
+        let mut kinds: Vec<_> = block.unknown.iter().collect();
+        kinds.sort_by_key(|(_, tally)| tally.first);
+        kinds.into_iter().for_each(|(kind, tally)| self.unknown(kind.clone(), moved(tally)));
+        block.others.iter().for_each(|tally| add(&mut self.others, moved(tally)));
+    }
+
+    fn unknown(&mut self, kind: String, tally: Tally) {
         let full = self.unknown.len() >= UNKNOWN_KINDS;
-        let kind = lines::excerpt(keyword);
-        let kind =
-            if full && !self.unknown.contains_key(&kind) { "others".to_string() } else { kind };
-        self.unknown.entry(kind).or_insert(Tally { first: at as u64, count: 0 }).count += 1;
+        match self.unknown.get_mut(&kind) {
+            Some(known) => known.count += tally.count,
+            None if full => add(&mut self.others, tally),
+            None => drop(self.unknown.insert(kind, tally)),
+        }
     }
 }
 
@@ -154,19 +175,7 @@ pub(super) fn merge<'a>(blocks: impl Iterator<Item = (u64, &'a Census)>) -> Cens
         total.counts = total.counts.plus(block.counts);
         total.triangles += block.triangles;
         total.libraries.extend(block.libraries.iter().map(|(at, name)| (start + at, name.clone())));
-        add(&mut total.slivers, start, block.slivers);
-        add(&mut total.strokes, start, block.strokes);
-        for (kind, tally) in &block.unknown {
-            let mut known = total.unknown.remove(kind);
-            add(&mut known, start, Some(*tally));
-            total.unknown.extend(known.map(|tally| (kind.clone(), tally)));
-        }
+        total.leave_out(start, block);
     }
     total
-}
-
-fn add(total: &mut Option<Tally>, start: u64, block: Option<Tally>) {
-    if let Some(tally) = block {
-        total.get_or_insert(Tally { first: start + tally.first, count: 0 }).count += tally.count;
-    }
 }

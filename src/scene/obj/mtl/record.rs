@@ -85,6 +85,7 @@ struct Statement<'a, 'n> {
 
 impl Statement<'_, '_> {
     fn optional(&mut self) -> Result<Option<f32>, Fault> {
+        self.fields.rest();
         let at = self.fields.at;
         match self.fields.number()? {
             Some(x) if !x.is_finite() => {

@@ -211,10 +211,10 @@ fn faults_name_the_library_line_and_column() {
         ("Kd", 3),
         ("Kd red", 4),
         ("Kd 1 2", 7),
-        ("Ke 1 nan 1", 5),
+        ("Ke 1 nan 1", 6),
         ("Ns x", 4),
         ("illum two", 7),
-        ("  d inf", 4),
+        ("  d inf", 5),
         ("map_Kd -s x.png", 10),
     ] {
         let error = library(format!("# \\\nnewmtl \\\n m\n{statement}\n")).unwrap_err().to_string();

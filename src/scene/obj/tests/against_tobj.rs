@@ -3,18 +3,31 @@
 use super::scenes;
 use crate::geometry::mesh::Attribute;
 use crate::scene::obj::{Obj, load};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-#[derive(Default)]
+/// Faces there have indices of attributes that the file has none of, which tobj passes over in silence.
+const REFUSED: [&str; 3] =
+    ["box-missing-attributes.obj", "catmark_torus_creases0.obj", "smoothing-group-two-squares.obj"];
+
+#[derive(Debug, Default)]
 struct Tally {
     files: usize,
     triangles: usize,
     quads: usize,
     others: usize,
-    uvs: usize,
-    normals: usize,
-    /// Models where some faces lack an attribute: tobj's indices do not tell which.
-    misaligned: usize,
+    /// Triangles with texture coordinates, and with normals.
+    attributes: [usize; 2],
+    bare: [usize; 2],
+}
+
+/// A face as tobj reads it.
+struct Face {
+    points: Vec<[f32; 3]>,
+    uvs: Vec<[f32; 2]>,
+    normals: Vec<[f32; 3]>,
+    /// Whether the corners have texture coordinates, normals; `None` if only some do. tobj makes up what is missing.
+    written: [Option<bool>; 2],
 }
 
 #[test]
@@ -23,17 +36,23 @@ fn corners_agree_with_tobj() {
     let mut tally = Tally::default();
     for path in obj_files(&folder) {
         let Some(models) = tobj_models(&path) else { continue };
-        match load(&path) {
-            Ok(obj) => compare(&obj, &models, &mut tally, &path),
-            Err(error) => panic!("tobj reads {}: {error}", path.display()),
+        if REFUSED.iter().any(|name| path.ends_with(name)) {
+            assert!(load(&path).is_err(), "{}", path.display());
+            continue;
         }
+        let obj = load(&path).unwrap_or_else(|e| panic!("tobj reads it: {e}"));
+        tally.files += 1;
+        let mut triangle = 0;
+        for face in faces(&models, &path) {
+            let at = format!("{}: triangle {triangle}", path.display());
+            triangle += compare(&obj, &face, triangle, &mut tally, &at);
+        }
+        assert_eq!(triangle, obj.mesh.triangles.len(), "{}", path.display());
     }
-    let Tally { files, triangles, quads, others, uvs, normals, misaligned } = tally;
-    eprintln!(
-        "{files} files, {triangles} triangles, {quads} convex quads, {others} other faces, {uvs} faces with uvs, {normals} with normals, {misaligned} misaligned"
-    );
-    assert!(files > 60 && triangles > 100_000 && quads > 50_000 && others > 100);
-    assert!(uvs > 100_000 && normals > 100_000);
+    eprintln!("{tally:?}");
+    assert!(tally.files > 60 && tally.triangles > 100_000 && tally.quads > 50_000);
+    assert!(tally.others > 100);
+    assert!(tally.attributes.iter().all(|&n| n > 100_000) && tally.bare.iter().all(|&n| n > 1000));
 }
 
 fn obj_files(folder: &Path) -> Vec<PathBuf> {
@@ -65,86 +84,100 @@ fn tobj_models(path: &Path) -> Option<Vec<tobj::Model>> {
     loaded.ok().flatten().map(|(models, _)| models)
 }
 
-fn compare(obj: &Obj, models: &[tobj::Model], tally: &mut Tally, path: &Path) {
-    tally.files += 1;
-    let mut triangle = 0;
+/// All faces in the order of the file.
+fn faces(models: &[tobj::Model], path: &Path) -> Vec<Face> {
+    let mut written = written_attributes(path).into_iter();
+    let mut faces = Vec::new();
     for mesh in models.iter().map(|model| &model.mesh) {
         let triples = vec![3; mesh.indices.len() / 3];
         let arities = if mesh.face_arities.is_empty() { &triples } else { &mesh.face_arities };
-        let uvs = aligned(&mesh.texcoord_indices, mesh, tally);
-        let normals = aligned(&mesh.normal_indices, mesh, tally);
         let mut corner = 0;
         for &arity in arities {
-            let arity = arity as usize;
-            let face = corner..corner + arity;
-            let at = format!("{}: triangle {triangle}", path.display());
-            let points: Vec<[f32; 3]> =
-                mesh.indices[face.clone()].iter().map(|&i| value(&mesh.positions, i)).collect();
-            let fan = arity == 3 || arity == 4 && is_convex(&points);
-            for k in 0..arity - 2 {
-                let ours = obj.mesh.triangles[triangle + k].map(|i| obj.mesh.positions[i as usize]);
-                if fan {
-                    assert_eq!(ours, [points[0], points[k + 1], points[k + 2]], "{at}");
-                } else {
-                    assert!(ours.iter().all(|p| points.contains(p)), "{at}");
-                }
-            }
-            if fan {
-                tally.uvs +=
-                    compare_attribute(&obj.mesh.uvs, triangle, uvs, &mesh.texcoords, &face, &at);
-                tally.normals += compare_attribute(
-                    &obj.mesh.normals,
-                    triangle,
-                    normals,
-                    &mesh.normals,
-                    &face,
-                    &at,
-                );
-            }
-            *match (arity, fan) {
-                (3, _) => &mut tally.triangles,
-                (_, true) => &mut tally.quads,
-                _ => &mut tally.others,
-            } += 1;
-            triangle += arity - 2;
-            corner += arity;
+            let corners = corner..corner + arity as usize;
+            corner = corners.end;
+            faces.push(Face {
+                points: values(&mesh.positions, &mesh.indices, &corners),
+                uvs: values(&mesh.texcoords, &mesh.texcoord_indices, &corners),
+                normals: values(&mesh.normals, &mesh.normal_indices, &corners),
+                written: written.next().unwrap(),
+            });
         }
     }
-    assert_eq!(triangle, obj.mesh.triangles.len(), "{}", path.display());
+    faces
 }
 
-/// What tobj's indices of an attribute say: they are meaningful if all faces have it, or none.
-fn aligned<'a>(indices: &'a [u32], mesh: &tobj::Mesh, tally: &mut Tally) -> Option<&'a [u32]> {
-    let aligned = indices.is_empty() || indices.len() == mesh.indices.len();
-    tally.misaligned += usize::from(!aligned);
-    aligned.then_some(indices)
+fn values<const N: usize>(
+    values: &[f32],
+    indices: &[u32],
+    corners: &Range<usize>,
+) -> Vec<[f32; N]> {
+    let found = indices.get(corners.clone()).unwrap_or_default();
+    found.iter().map(|&i| std::array::from_fn(|k| values[N * i as usize + k])).collect()
 }
 
-/// Compares a fan's corners; returns whether there was anything to compare.
+/// Which attributes the corners of each face have, from the text alone.
+fn written_attributes(path: &Path) -> Vec<[Option<bool>; 2]> {
+    let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
+    let corners = |line: &str| line.split_whitespace().skip(1).map(str::to_string).collect();
+    let faces =
+        text.lines().map(str::trim_start).filter(|line| line.starts_with("f ")).map(corners);
+    let has = |corner: &String, k: usize| corner.split('/').nth(k).is_some_and(|i| !i.is_empty());
+    let attribute = |face: &Vec<String>, k: usize| match face.iter().filter(|c| has(c, k)).count() {
+        0 => Some(false),
+        n if n == face.len() => Some(true),
+        _ => None,
+    };
+    let faces = faces.filter(|face: &Vec<String>| face.len() > 2);
+    faces.map(|face| [1, 2].map(|k| attribute(&face, k))).collect()
+}
+
+/// Compares a face with the triangles from `triangle` on; returns how many it has become.
+fn compare(obj: &Obj, face: &Face, triangle: usize, tally: &mut Tally, at: &str) -> usize {
+    let points = &face.points;
+    let count = points.len() - 2;
+    let fan = count == 1 || count == 2 && is_convex(points);
+    let kind = if count == 1 { &mut tally.triangles } else { &mut tally.quads };
+    *(if fan { kind } else { &mut tally.others }) += 1;
+    for k in 0..count {
+        let ours = obj.mesh.triangles[triangle + k].map(|i| obj.mesh.positions[i as usize]);
+        if !fan {
+            assert!(ours.iter().all(|p| points.contains(p)), "{at}");
+            continue;
+        }
+        assert_eq!(ours, [points[0], points[k + 1], points[k + 2]], "{at}");
+        let uvs = compare_attribute(&obj.mesh.uvs, triangle + k, &face.uvs, k, face.written[0], at);
+        let normals = compare_attribute(
+            &obj.mesh.normals,
+            triangle + k,
+            &face.normals,
+            k,
+            face.written[1],
+            at,
+        );
+        for (i, found) in [uvs, normals].into_iter().enumerate() {
+            *(if found { &mut tally.attributes[i] } else { &mut tally.bare[i] }) += 1;
+        }
+    }
+    count
+}
+
+/// Compares triangle `k` of a fan; returns whether it has the attribute.
 fn compare_attribute<const N: usize>(
     ours: &Option<Attribute<[f32; N]>>,
     triangle: usize,
-    indices: Option<&[u32]>,
-    values: &[f32],
-    face: &std::ops::Range<usize>,
+    theirs: &[[f32; N]],
+    k: usize,
+    written: Option<bool>,
     at: &str,
-) -> usize {
-    let Some(indices) = indices else { return 0 };
-    let corners = |t: usize| ours.as_ref().and_then(|attribute| attribute.corners(t));
-    for k in 0..face.len() - 2 {
-        let theirs =
-            [0, k + 1, k + 2].map(|c| indices.get(face.start + c).map(|&i| value(values, i)));
-        match corners(triangle + k) {
-            Some(found) => assert_eq!(found.map(Some), theirs, "{at}"),
-            // A normal of length zero is taken away.
-            None => assert!(theirs.iter().any(|c| c.is_none_or(|c| c == [0.0; N])), "{at}"),
-        }
+) -> bool {
+    let ours = ours.as_ref().and_then(|attribute| attribute.corners(triangle));
+    match ours {
+        Some(found) => assert_eq!(found, [0, k + 1, k + 2].map(|c| theirs[c]), "{at}"),
+        // A normal of length zero is taken away.
+        None => assert!(written != Some(true) || theirs.contains(&[0.0; N]), "{at}"),
     }
-    usize::from(!indices.is_empty())
-}
-
-fn value<const N: usize>(values: &[f32], index: u32) -> [f32; N] {
-    std::array::from_fn(|k| values[N * index as usize + k])
+    assert!(ours.is_none() || written != Some(false), "{at}: made up");
+    ours.is_some()
 }
 
 /// Clearly convex: all turns go the same way as their sum.

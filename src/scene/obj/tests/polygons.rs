@@ -65,7 +65,7 @@ fn concave_polygons_are_tiled() {
     let comb: Vec<[f32; 2]> =
         (0..40).map(|i| [i as f32 * 0.5, if i % 2 == 0 { 0.0 } else { 5.0 }]).collect();
     let comb: Vec<[f32; 2]> = [[19.5, 9.0], [0.0, 9.0]].into_iter().chain(comb).collect();
-    let step = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+    let step = [[2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0], [0.0, 0.0]];
     // A square hole, reached along a bridge.
     let hole = [
         [0.0, 0.0],
