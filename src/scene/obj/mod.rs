@@ -78,7 +78,8 @@ pub fn load(path: &Path) -> Result<Obj> {
     load_in_blocks(&Source::open(path)?, BLOCK)
 }
 
-/// `block`: bytes per block, which changes nothing but speed.
+/// `block`: bytes per block, which decide nothing but speed, and how unknown statements are counted once there are more
+/// kinds of them than are told apart.
 fn load_in_blocks(source: &Source, block: u64) -> Result<Obj> {
     let blocks = source.blocks(block).map_err(crate::Error::io(source.path()))?;
     let mut reporter = Reporter::new(source, &blocks);

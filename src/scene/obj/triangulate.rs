@@ -1,8 +1,10 @@
 //! Polygons into triangles.
 //!
-//! The polygon is projected along the largest component of its normal (Newell's, so that it need not be flat). Convex
+//! The polygon is projected along its normal, which is Newell's, so that it need not be flat. Convex
 //! ones become fans about the first corner; others lose an ear at a time (Meisters 1975; the bookkeeping is that of
 //! O'Rourke, Computational Geometry in C, §1.6). n corners always become n − 2 triangles, wound like the polygon.
+
+use glam::{DVec2, DVec3, Vec3};
 
 /// Concave polygons of more corners are refused, for ears take time that grows with the square of their number.
 pub(super) const LARGEST_CONCAVE: usize = 16_384;
@@ -10,7 +12,7 @@ pub(super) const LARGEST_CONCAVE: usize = 16_384;
 /// How often the ears of a polygon that crosses itself are looked for anew before any corner is cut off.
 const RESCANS: usize = 8;
 
-type Point = [f64; 2];
+type Point = DVec2;
 
 /// Appends the triangles of the polygon with these corners to `out`, as indices of corners. False if it is refused.
 /// Any input is safe: where corners coincide, or edges cross, some triangles are degenerate or overlap.
@@ -26,8 +28,8 @@ pub(super) fn triangulate(corners: &[[f32; 3]], out: &mut Vec<[usize; 3]>) -> bo
 
 /// Cut along the diagonal through the reflex corner, if there is one.
 fn quadrilateral(corners: [[f32; 3]; 4], out: &mut Vec<[usize; 3]>) {
-    let axes = axes(&corners);
-    let [a, b, c, d] = corners.map(|corner| project(corner, axes));
+    let plane = Plane::of(&corners);
+    let [a, b, c, d] = corners.map(|corner| plane.project(corner));
     let reflex = [cross(d, a, b), cross(a, b, c), cross(b, c, d), cross(c, d, a)].map(|x| x < 0.0);
     let odd_diagonal =
         reflex == [false, true, false, false] || reflex == [false, false, false, true];
@@ -36,8 +38,8 @@ fn quadrilateral(corners: [[f32; 3]; 4], out: &mut Vec<[usize; 3]>) {
 
 fn polygon(corners: &[[f32; 3]], out: &mut Vec<[usize; 3]>) -> bool {
     let n = corners.len();
-    let axes = axes(corners);
-    let points: Vec<Point> = corners.iter().map(|&corner| project(corner, axes)).collect();
+    let plane = Plane::of(corners);
+    let points: Vec<Point> = corners.iter().map(|&corner| plane.project(corner)).collect();
     let reflex = |i: usize| cross(points[(i + n - 1) % n], points[i], points[(i + 1) % n]) < 0.0;
     if !(0..n).any(reflex) {
         fan(n, 0, out);
@@ -53,35 +55,31 @@ fn fan(n: usize, first: usize, out: &mut Vec<[usize; 3]>) {
     out.extend((1..n - 1).map(|i| [first, (first + i) % n, (first + i + 1) % n]));
 }
 
-/// The coordinates to keep, in the order in which the polygon runs counter-clockwise.
-fn axes(corners: &[[f32; 3]]) -> [usize; 2] {
-    let normal = newell(corners);
-    let axis =
-        (0..3).fold(0, |best, k| if normal[k].abs() > normal[best].abs() { k } else { best });
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    if normal[axis] < 0.0 { [v, u] } else { [u, v] }
+/// A plane through the first corner of a polygon, seen from the side from which that runs counter-clockwise.
+struct Plane {
+    origin: DVec3,
+    axes: [DVec3; 2],
 }
 
-fn project(corner: [f32; 3], axes: [usize; 2]) -> Point {
-    axes.map(|k| f64::from(corner[k]))
-}
+impl Plane {
+    fn of(corners: &[[f32; 3]]) -> Plane {
+        let origin = Vec3::from(corners[0]).as_dvec3();
+        let edge = |corner: [f32; 3]| Vec3::from(corner).as_dvec3() - origin;
+        // Twice the area vector. A polygon without area has no side from which it looks better.
+        let normal: DVec3 = corners.windows(2).map(|w| edge(w[0]).cross(edge(w[1]))).sum();
+        let (u, v) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
+        Plane { origin, axes: [u, v] }
+    }
 
-/// Twice the area vector: the sum of cross products of successive corners, relative to the first.
-fn newell(corners: &[[f32; 3]]) -> [f64; 3] {
-    let origin = corners[0].map(f64::from);
-    let edge = |c: [f32; 3]| [0, 1, 2].map(|k| f64::from(c[k]) - origin[k]);
-    corners.windows(2).fold([0.0; 3], |sum, pair| {
-        let (a, b) = (edge(pair[0]), edge(pair[1]));
-        [0, 1, 2].map(|k| {
-            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-            sum[k] + a[i] * b[j] - a[j] * b[i]
-        })
-    })
+    fn project(&self, corner: [f32; 3]) -> Point {
+        let edge = Vec3::from(corner).as_dvec3() - self.origin;
+        DVec2::from(self.axes.map(|axis| edge.dot(axis)))
+    }
 }
 
 /// Twice the signed area of a triangle, positive if counter-clockwise.
 fn cross(a: Point, b: Point, c: Point) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    (b - a).perp_dot(c - a)
 }
 
 /// What is left of a polygon while its ears are cut: a ring of corners.

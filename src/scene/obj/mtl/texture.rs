@@ -52,19 +52,8 @@ impl<'a> Words<'a> {
         match &*lines::text(word).to_ascii_lowercase() {
             "-s" => texture.scale = self.pair(texture.scale)?,
             "-o" => texture.offset = self.pair(texture.offset)?,
-            "-mm" => {
-                let [base, gain] = self.pair([0.0, 1.0])?;
-                texture.tint = Rgb::splat(gain.max(0.0));
-                if base != 0.0 || gain < 0.0 {
-                    notes.once("option `-mm`: only a gain that is not negative is supported");
-                }
-            }
-            "-clamp" => {
-                if self.peek().is_some_and(|(word, _)| word.eq_ignore_ascii_case(b"on")) {
-                    notes.once("option `-clamp on` is ignored: textures repeat");
-                }
-                self.skip();
-            }
+            "-mm" => texture.tint = self.gain(notes)?,
+            "-clamp" => self.clamp(notes),
             // How an image is filtered or cached.
             "-blendu" | "-blendv" | "-texres" | "-boost" | "-cc" => self.skip(),
             option @ ("-bm" | "-imfchan" | "-type" | "-colorspace" | "-t") => {
@@ -77,6 +66,22 @@ impl<'a> Words<'a> {
             }
         }
         Ok(true)
+    }
+
+    /// `-mm base gain` maps a texel t to base + gain·t.
+    fn gain(&mut self, notes: &mut Notes) -> Result<Rgb, Fault> {
+        let [base, gain] = self.pair([0.0, 1.0])?;
+        if base != 0.0 || gain < 0.0 {
+            notes.once("option `-mm`: only a gain that is not negative is supported");
+        }
+        Ok(Rgb::splat(gain.max(0.0)))
+    }
+
+    fn clamp(&mut self, notes: &mut Notes) {
+        if self.peek().is_some_and(|(word, _)| word.eq_ignore_ascii_case(b"on")) {
+            notes.once("option `-clamp on` is ignored: textures repeat");
+        }
+        self.skip();
     }
 
     fn skip(&mut self) {

@@ -10,6 +10,10 @@ use std::path::{Path, PathBuf};
 const REFUSED: [&str; 3] =
     ["box-missing-attributes.obj", "catmark_torus_creases0.obj", "smoothing-group-two-squares.obj"];
 
+/// Files that tobj misreads. The fourth number of a vertex is the weight of a rational curve's control point (OBJ
+/// specification, 1995), but tobj divides by it. An `l` of more than two vertices is a line, but tobj makes it a face.
+const MISREAD: [&str; 2] = ["cube-vertex-w-component.obj", "line-prim.obj"];
+
 #[derive(Debug, Default)]
 struct Tally {
     files: usize,
@@ -35,7 +39,12 @@ fn corners_agree_with_tobj() {
     let Some(folder) = scenes("corners_agree_with_tobj") else { return };
     let mut tally = Tally::default();
     for path in obj_files(&folder) {
-        let Some(models) = tobj_models(&path) else { continue };
+        let Some(models) = tobj_models(&path) else {
+            continue;
+        };
+        if MISREAD.iter().any(|name| path.ends_with(name)) {
+            continue;
+        }
         if REFUSED.iter().any(|name| path.ends_with(name)) {
             assert!(load(&path).is_err(), "{}", path.display());
             continue;
@@ -99,7 +108,9 @@ fn faces(models: &[tobj::Model], path: &Path) -> Vec<Face> {
                 points: values(&mesh.positions, &mesh.indices, &corners),
                 uvs: values(&mesh.texcoords, &mesh.texcoord_indices, &corners),
                 normals: values(&mesh.normals, &mesh.normal_indices, &corners),
-                written: written.next().unwrap(),
+                written: written
+                    .next()
+                    .unwrap_or_else(|| panic!("{}: fewer faces in the text", path.display())),
             });
         }
     }
@@ -118,17 +129,16 @@ fn values<const N: usize>(
 /// Which attributes the corners of each face have, from the text alone.
 fn written_attributes(path: &Path) -> Vec<[Option<bool>; 2]> {
     let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
-    let corners = |line: &str| line.split_whitespace().skip(1).map(str::to_string).collect();
+    let words = |line: &str| line.split_whitespace().map(str::to_string).collect();
     let faces =
-        text.lines().map(str::trim_start).filter(|line| line.starts_with("f ")).map(corners);
+        text.lines().map(words).filter(|words: &Vec<String>| words.len() > 3 && words[0] == "f");
     let has = |corner: &String, k: usize| corner.split('/').nth(k).is_some_and(|i| !i.is_empty());
-    let attribute = |face: &Vec<String>, k: usize| match face.iter().filter(|c| has(c, k)).count() {
+    let attribute = |face: &[String], k: usize| match face.iter().filter(|c| has(c, k)).count() {
         0 => Some(false),
         n if n == face.len() => Some(true),
         _ => None,
     };
-    let faces = faces.filter(|face: &Vec<String>| face.len() > 2);
-    faces.map(|face| [1, 2].map(|k| attribute(&face, k))).collect()
+    faces.map(|face| [1, 2].map(|k| attribute(&face[1..], k))).collect()
 }
 
 /// Compares a face with the triangles from `triangle` on; returns how many it has become.

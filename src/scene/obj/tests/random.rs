@@ -150,7 +150,7 @@ impl Writer {
             (corner[1], uv) = self.index(self.out.uvs.len());
         }
         let mut normal = String::new();
-        if kind % 4 > 0 && !self.out.normals.is_empty() {
+        if kind & 3 != 0 && !self.out.normals.is_empty() {
             (corner[2], normal) = self.index(self.out.normals.len());
         }
         let _ = match (&*uv, &*normal) {
