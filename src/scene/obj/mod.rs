@@ -1,0 +1,218 @@
+//! Wavefront OBJ with its MTL libraries.
+//!
+//! The file is read block by block in three passes, each on all cores: count, then vertices, then faces. The counts
+//! give every block its places in the mesh's arrays before a number is parsed, so blocks do not wait for each other,
+//! relative indices resolve, and nothing is copied or held twice. Peak memory is the mesh plus one block per thread.
+//!
+//! Understood: `v vt vn f usemtl mtllib`, with `\` continuations, comments at line ends, relative indices and any
+//! number of corners. `g o s` change nothing here. Points, lines and everything else is counted in a warning.
+
+mod attributes;
+mod faces;
+mod lines;
+mod mtl;
+mod paths;
+mod repair;
+mod report;
+mod scan;
+mod source;
+mod triangulate;
+
+#[cfg(test)]
+mod tests;
+
+use crate::Result;
+use crate::geometry::Mesh;
+use crate::geometry::mesh::Attribute;
+use crate::scene::description::MaterialDescription;
+use report::Reporter;
+use scan::{Census, Counts};
+use source::{Failure, Fault, Source};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Bytes that a thread reads at a time: fits into a core's cache, and is long against the cost of opening the file.
+const BLOCK: u64 = 1 << 20;
+
+/// What an OBJ file and its libraries hold.
+#[derive(Clone, Debug, Default)]
+pub struct Obj {
+    /// As in the file: positions and normals are not transformed, normals not normalised. `materials[t]` indexes
+    /// [`Obj::material_names`]. `normals` and `uvs` are `None` where no face has them.
+    pub mesh: Mesh,
+    /// Names as in `usemtl`, in order of first use by a face; "" for faces before any `usemtl`.
+    pub material_names: Vec<String>,
+    /// All that the libraries define, by name; the first definition of a name counts. Texture paths are resolved
+    /// against the library's folder, but need not exist.
+    pub materials: BTreeMap<String, MaterialDescription>,
+    pub warnings: Vec<Warning>,
+}
+
+/// Something in a file that could not be used, but does not keep the rest from being used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    pub path: PathBuf,
+    /// From 1.
+    pub line: usize,
+    pub message: String,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}:{}: {}", self.path.display(), self.line, self.message)
+    }
+}
+
+/// Loads an OBJ file and the MTL libraries it names.
+///
+/// Faces become triangles, ears being cut off concave ones; those with fewer than three corners are dropped. A file
+/// without faces gives an empty mesh.
+///
+/// # Errors
+/// With file, line and column: numbers and corners that are none, indices out of range, faces at vertices that are not
+/// finite, anything malformed in a library. Without: what cannot be read, or exceeds 2³² − 1 elements. A library that
+/// is missing is a warning.
+pub fn load(path: &Path) -> Result<Obj> {
+    load_in_blocks(&Source::open(path)?, BLOCK)
+}
+
+/// `block`: bytes per block, which decide nothing but speed, and how unknown statements are counted once there are more
+/// kinds of them than are told apart.
+fn load_in_blocks(source: &Source, block: u64) -> Result<Obj> {
+    let blocks = source.blocks(block).map_err(crate::Error::io(source.path()))?;
+    let mut reporter = Reporter::new(source, &blocks);
+    let loaded = load_parts(source, &blocks, &mut reporter);
+    let (mesh, census) = loaded.map_err(|failure| reporter.error(failure))?;
+    let (materials, mut library_warnings) = mtl::load_libraries(&mut reporter, &census.libraries)?;
+    reporter.unknown_materials(&census, &materials);
+    let mut warnings = reporter.finish()?;
+    warnings.append(&mut library_warnings);
+    let (material_names, mesh) = assign_materials(mesh, &census);
+    Ok(Obj { mesh, material_names, materials, warnings })
+}
+
+/// The mesh without its materials.
+fn load_parts(
+    source: &Source,
+    blocks: &[Range<u64>],
+    reporter: &mut Reporter,
+) -> Result<(Mesh, Census), Failure> {
+    let tasks = blocks.iter().map(|range| (range.clone(), ())).collect();
+    let parts = source.each_block(tasks, |(), text| Ok(scan::scan(text)))?;
+    let census = scan::merge(blocks.iter().map(|range| range.start).zip(&parts));
+    check_limits(&census)?;
+    reporter.census(&census);
+    let mut mesh = Mesh {
+        positions: vec![[0.0; 3]; census.counts.positions],
+        triangles: vec![[0; 3]; census.triangles],
+        normals: attribute(census.counts.normals, census.triangles),
+        uvs: attribute(census.counts.uvs, census.triangles),
+        materials: Vec::new(),
+    };
+    let broken = read_attributes(source, blocks, &parts, &mut mesh)?;
+    read_faces(source, blocks, &parts, &mut mesh)?;
+    repair::repair(&mut mesh, &broken, reporter)?;
+    Ok((mesh, census))
+}
+
+/// Indices are `u32`, of which the largest means "absent".
+fn check_limits(census: &Census) -> Result<(), Failure> {
+    let Counts { positions, uvs, normals } = census.counts;
+    match [positions, uvs, normals, census.triangles].iter().max() {
+        Some(&most) if most > u32::MAX as usize => {
+            let message = format!(
+                "the file has {most} elements of one kind, at most {} are supported",
+                u32::MAX
+            );
+            Err(Failure::Fault(Fault::new(0, message)))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn attribute<const N: usize>(values: usize, triangles: usize) -> Option<Attribute<[f32; N]>> {
+    (values > 0)
+        .then(|| Attribute { values: vec![[0.0; N]; values], indices: vec![[0; 3]; triangles] })
+}
+
+/// Cuts the front off a slice; a missing slice stays empty.
+fn cut<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let count = count.min(rest.len());
+    let (front, back) = std::mem::take(rest).split_at_mut(count);
+    *rest = back;
+    front
+}
+
+fn read_attributes(
+    source: &Source,
+    blocks: &[Range<u64>],
+    parts: &[Census],
+    mesh: &mut Mesh,
+) -> Result<attributes::BrokenValues, Failure> {
+    let mut positions = &mut mesh.positions[..];
+    let mut uvs = mesh.uvs.as_mut().map_or(&mut [][..], |a| &mut a.values);
+    let mut normals = mesh.normals.as_mut().map_or(&mut [][..], |a| &mut a.values);
+    let mut tasks = Vec::new();
+    let mut starts = Vec::new();
+    let mut before = Counts::default();
+    for (range, part) in blocks.iter().zip(parts) {
+        let slots = attributes::Slots {
+            positions: cut(&mut positions, part.counts.positions),
+            uvs: cut(&mut uvs, part.counts.uvs),
+            normals: cut(&mut normals, part.counts.normals),
+        };
+        if part.counts != Counts::default() {
+            tasks.push((range.clone(), slots));
+            starts.push((before, range.start));
+        }
+        before = before.plus(part.counts);
+    }
+    let broken = source.each_block(tasks, attributes::read)?;
+    Ok(attributes::BrokenValues::merge(starts.into_iter().zip(broken)))
+}
+
+fn read_faces(
+    source: &Source,
+    blocks: &[Range<u64>],
+    parts: &[Census],
+    mesh: &mut Mesh,
+) -> Result<(), Failure> {
+    let totals = parts.iter().fold(Counts::default(), |sum, part| sum.plus(part.counts));
+    let positions = &mesh.positions[..];
+    let mut triangles = &mut mesh.triangles[..];
+    let mut uvs = mesh.uvs.as_mut().map_or(&mut [][..], |a| &mut a.indices);
+    let mut normals = mesh.normals.as_mut().map_or(&mut [][..], |a| &mut a.indices);
+    let mut tasks = Vec::new();
+    let mut before = Counts::default();
+    for (range, part) in blocks.iter().zip(parts) {
+        let slots = faces::Slots {
+            triangles: cut(&mut triangles, part.triangles),
+            uvs: cut(&mut uvs, part.triangles),
+            normals: cut(&mut normals, part.triangles),
+            before,
+        };
+        if part.triangles > 0 || part.slivers.is_some() {
+            tasks.push((range.clone(), slots));
+        }
+        before = before.plus(part.counts);
+    }
+    source.each_block(tasks, |slots, text| faces::read(slots, positions, totals, text))?;
+    Ok(())
+}
+
+/// Names in order of first use, and each triangle's index into them.
+fn assign_materials(mut mesh: Mesh, census: &Census) -> (Vec<String>, Mesh) {
+    let mut names: Vec<String> = Vec::new();
+    let mut known: BTreeMap<&str, u32> = BTreeMap::new();
+    mesh.materials.reserve_exact(census.triangles);
+    for (name, range, _) in census.runs() {
+        let index = *known.entry(name).or_insert_with(|| {
+            names.push(name.to_string());
+            names.len() as u32 - 1
+        });
+        mesh.materials.resize(range.end, index);
+    }
+    (names, mesh)
+}

@@ -1,0 +1,144 @@
+//! MTL material libraries.
+//!
+//! Keywords are taken in any case. Of a material defined twice the first definition counts, as of libraries the first
+//! named. What has no meaning here is reported once per keyword and file, but for `Ka` and `sharpness`.
+
+mod material;
+mod record;
+mod texture;
+
+#[cfg(test)]
+mod tests;
+
+use super::Warning;
+use super::lines::{self, Lines};
+use super::paths;
+use super::report::Reporter;
+use super::source::Fault;
+use crate::error::{Error, Result};
+use crate::scene::description::MaterialDescription;
+use record::Record;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// The most words tried as one library's name.
+const WORDS_IN_NAME: usize = 16;
+
+type Materials = BTreeMap<String, MaterialDescription>;
+
+/// Reads what `mtllib` statements (offset, argument) name. Missing files become warnings of the OBJ file; the
+/// warnings returned are the libraries' own.
+pub(super) fn load_libraries(
+    reporter: &mut Reporter,
+    statements: &[(u64, Vec<u8>)],
+) -> Result<(Materials, Vec<Warning>)> {
+    let folder = reporter.path().parent().unwrap_or(Path::new(""));
+    let mut done = BTreeSet::new();
+    let (mut materials, mut warnings) = (Materials::new(), Vec::new());
+    for (at, argument) in statements {
+        for (name, path) in library_paths(folder, &lines::text(argument)) {
+            if !done.insert(path.clone()) {
+                continue;
+            }
+            match std::fs::read(&path) {
+                Ok(text) => load_library(&path, text, &mut materials, &mut warnings)?,
+                Err(error) => reporter.warn(*at, format!("material library `{name}`: {error}")),
+            }
+        }
+    }
+    Ok((materials, warnings))
+}
+
+/// File names may hold blanks, bare or after a backslash, and there may be several: the most words that together name
+/// an existing file are one name; a word with which none does is a name too.
+fn library_paths(folder: &Path, argument: &str) -> Vec<(String, PathBuf)> {
+    // NUL cannot be in a file's name.
+    let kept = argument.replace("\\ ", "\0");
+    let words: Vec<&str> = kept.split([' ', '\t']).filter(|word| !word.is_empty()).collect();
+    let mut paths = Vec::new();
+    let mut rest = &words[..];
+    while !rest.is_empty() {
+        let joined = |count: usize| rest[..count].join(" ").replace('\0', " ");
+        let longest = (1..=rest.len().min(WORDS_IN_NAME)).rev();
+        let found = longest
+            .map(|n| (n, joined(n)))
+            .find_map(|(n, name)| paths::find(folder, &name).map(|path| (n, name, path)));
+        let (count, name, path) =
+            found.unwrap_or_else(|| (1, joined(1), paths::resolve(folder, &joined(1))));
+        paths.push((name, path));
+        rest = &rest[count..];
+    }
+    paths
+}
+
+/// Adds a library's materials to those of earlier ones.
+fn load_library(
+    path: &Path,
+    mut text: Vec<u8>,
+    materials: &mut Materials,
+    warnings: &mut Vec<Warning>,
+) -> Result<()> {
+    lines::convert_cr(&mut text);
+    let line = |at: usize| 1 + memchr::memchr_iter(b'\n', &text[..at.min(text.len())]).count();
+    let mut joined = text.clone();
+    lines::join_continuations(&mut joined);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut notes = Notes::default();
+    let mut records: Vec<(String, Record)> = Vec::new();
+    for (at, statement) in Lines::new(&joined) {
+        notes.at = at;
+        read_statement(statement, folder, &mut records, &mut notes).map_err(|fault| {
+            let start = memchr::memrchr(b'\n', &text[..at]).map_or(0, |i| i + 1);
+            Error::parse(path, line(at), at - start + fault.at as usize + 1, fault.message)
+        })?;
+    }
+    for (name, record) in records {
+        materials.entry(name).or_insert_with(|| record.describe());
+    }
+    let warning = |(at, message)| Warning { path: path.to_path_buf(), line: line(at), message };
+    warnings.extend(notes.messages.into_iter().map(warning));
+    Ok(())
+}
+
+fn read_statement(
+    line: &[u8],
+    folder: &Path,
+    records: &mut Vec<(String, Record)>,
+    notes: &mut Notes,
+) -> Result<(), Fault> {
+    let (keyword, rest) = lines::keyword(line);
+    if keyword.eq_ignore_ascii_case(b"newmtl") {
+        let name = lines::text(lines::name(rest));
+        if records.iter().any(|(known, _)| *known == name) {
+            notes.once(format!("material `{name}` is defined again; the first definition counts"));
+        }
+        records.push((name, Record::default()));
+        return Ok(());
+    }
+    match records.last_mut() {
+        Some((_, record)) => record.set(keyword, line, folder, notes),
+        None => {
+            notes.once("statements before the first `newmtl` are ignored");
+            Ok(())
+        }
+    }
+}
+
+/// What there is to say about a library.
+#[derive(Default)]
+struct Notes {
+    /// Offset of the statement being read.
+    at: usize,
+    messages: Vec<(usize, String)>,
+    said: BTreeSet<String>,
+}
+
+impl Notes {
+    /// Says it at the current statement unless it has been said.
+    fn once(&mut self, message: impl Into<String>) {
+        let message = message.into();
+        if self.said.insert(message.clone()) {
+            self.messages.push((self.at, message));
+        }
+    }
+}

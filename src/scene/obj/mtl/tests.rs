@@ -1,0 +1,289 @@
+use super::*;
+use crate::math::Rgb;
+use crate::scene::description::{
+    BsdfDescription, ColorTexture, ImageTexture, MicrofacetDistribution, ScalarTexture,
+};
+use proptest::prelude::*;
+
+fn library(text: impl AsRef<[u8]>) -> Result<(Materials, Vec<Warning>)> {
+    let (mut materials, mut warnings) = (Materials::new(), Vec::new());
+    let path = Path::new("folder/test.mtl");
+    load_library(path, text.as_ref().to_vec(), &mut materials, &mut warnings)?;
+    Ok((materials, warnings))
+}
+
+/// The one material with these statements, which raise no warning.
+fn material(statements: &str) -> MaterialDescription {
+    let (materials, warnings) = library(format!("newmtl m\n{statements}\n")).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    materials["m"].clone()
+}
+
+fn messages(text: &str) -> Vec<(usize, String)> {
+    library(text).unwrap().1.into_iter().map(|w| (w.line, w.message)).collect()
+}
+
+fn constant(r: f32, g: f32, b: f32) -> ColorTexture {
+    ColorTexture::Constant(Rgb::new(r, g, b))
+}
+
+fn image(file: &str) -> ImageTexture {
+    ImageTexture {
+        path: Path::new("folder").join(file),
+        scale: [1.0; 2],
+        offset: [0.0; 2],
+        nearest: false,
+        tint: Rgb::ONE,
+    }
+}
+
+fn diffuse(reflectance: ColorTexture) -> BsdfDescription {
+    BsdfDescription::Diffuse { reflectance }
+}
+
+fn metal(specular_reflectance: ColorTexture, alpha: f32) -> BsdfDescription {
+    let distribution = MicrofacetDistribution::Ggx;
+    BsdfDescription::Conductor { eta_k: None, specular_reflectance, alpha, distribution }
+}
+
+#[test]
+fn diffuse_materials() {
+    let plain = MaterialDescription::default();
+    assert_eq!(material(""), plain);
+    assert_eq!(material("Kd 0.1 0.2 0.3 # note").bsdf, diffuse(constant(0.1, 0.2, 0.3)));
+    assert_eq!(material("  KD\t.25\r").bsdf, diffuse(constant(0.25, 0.25, 0.25)));
+    // Not a highlight: no `illum 2`, no exponent, no specular colour.
+    for matt in
+        ["Ks 1 1 1\nNs 50", "Ks 1 1 1\nillum 2", "Ns 50\nillum 2", "illum 2\nKs 0 0 0\nNs 9"]
+    {
+        assert_eq!(material(matt), plain, "{matt}");
+    }
+}
+
+#[test]
+fn lights_emit_on_one_side() {
+    let light = material("Kd 0 0 0\nKe 17 12 4");
+    assert_eq!(light.emission, Rgb::new(17.0, 12.0, 4.0));
+    assert!(!light.emission_two_sided && light.two_sided);
+    assert_eq!(light.bsdf, diffuse(constant(0.0, 0.0, 0.0)));
+}
+
+#[test]
+fn plastic_materials() {
+    let plastic = |int_ior, alpha| BsdfDescription::Plastic {
+        reflectance: constant(0.2, 0.4, 0.6),
+        specular_reflectance: Rgb::ONE,
+        int_ior,
+        ext_ior: 1.0,
+        alpha,
+        distribution: MicrofacetDistribution::Ggx,
+        nonlinear: true,
+    };
+    let of = |more: &str| material(&format!("Kd .2 .4 .6\nKs .5 .5 .5\nillum 2\n{more}")).bsdf;
+    assert_eq!(of("Ns 250\nNi 1.3"), plastic(1.3, 0.25));
+    assert_eq!(of("Ns 250\nNi 1"), plastic(1.5, 0.25));
+    assert_eq!(of("Ns 1e6"), plastic(1.5, 1e-3));
+    assert_eq!(of("Ns 10\nPr 0.5"), plastic(1.5, 0.25));
+}
+
+#[test]
+fn metals() {
+    assert_eq!(material("Kd .1\nKs .9 .8 .7\nillum 5").bsdf, metal(constant(0.9, 0.8, 0.7), 0.0));
+    assert_eq!(
+        material("Kd .1\nKs .9\nNs 10\nillum 3\nPr .5").bsdf,
+        metal(constant(0.9, 0.9, 0.9), 0.25)
+    );
+    assert_eq!(material("Kd .1 .2 .3\nillum 8").bsdf, metal(constant(0.1, 0.2, 0.3), 0.0));
+    assert_eq!(
+        material("Kd .1 .2 .3\nKs .5\nPm 1\nNs 250").bsdf,
+        metal(constant(0.1, 0.2, 0.3), 0.25)
+    );
+    assert_eq!(
+        material("Kd 0\nKs .5\nPm .5\nPr .1").bsdf,
+        metal(constant(0.5, 0.5, 0.5), 0.010_000_001)
+    );
+    assert_eq!(
+        material("map_Kd a.png\nPm 1").bsdf,
+        metal(ColorTexture::Image(image("a.png")), 0.25)
+    );
+    assert_eq!(material("Kd .1\nPm .4").bsdf, diffuse(constant(0.1, 0.1, 0.1)));
+}
+
+#[test]
+fn glass() {
+    let glass = |int_ior, tint, alpha| BsdfDescription::Dielectric {
+        int_ior,
+        ext_ior: 1.0,
+        specular_reflectance: Rgb::ONE,
+        specular_transmittance: tint,
+        alpha,
+        distribution: MicrofacetDistribution::Ggx,
+        thin: false,
+    };
+    for illum in [4, 6, 7, 9] {
+        let found = material(&format!("Kd .1\nKs 1\nd 0\nNi 1.33\nillum {illum}"));
+        assert_eq!(found.bsdf, glass(1.33, Rgb::ONE, 0.0));
+        assert_eq!((found.two_sided, found.opacity), (false, None));
+    }
+    assert_eq!(material("illum 7").bsdf, glass(1.5, Rgb::ONE, 0.0));
+    assert_eq!(material("Tr .9\nTf 1 .5 0\nPr .5").bsdf, glass(1.5, Rgb::new(1.0, 0.5, 0.0), 0.25));
+    // What Maya writes for an opaque material, a cut-out, and a filter that nothing passes.
+    for opaque in [
+        "Kd .5\nillum 4\nTf 1 1 1\nNi 1.0",
+        "map_d a.png\nillum 9\nNi 1.5",
+        "d 1\nTf 1 1 1\nNi 1.5",
+    ] {
+        assert_eq!(material(opaque).bsdf, MaterialDescription::default().bsdf, "{opaque}");
+    }
+}
+
+#[test]
+fn partial_coverage() {
+    let opacity = |text: &str| material(text).opacity;
+    assert_eq!(opacity("d 0.25"), Some(ScalarTexture::Constant(0.25)));
+    assert_eq!(opacity("Tr 0.25"), Some(ScalarTexture::Constant(0.75)));
+    assert_eq!(opacity("d 0.5\nNi 1\nillum 4"), Some(ScalarTexture::Constant(0.5)));
+    assert_eq!(opacity("d 1"), None);
+    assert_eq!(opacity("map_d a.png"), Some(ScalarTexture::Image(image("a.png"))));
+    assert_eq!(opacity("d 0\nmap_d a.png"), opacity("map_d a.png"));
+    let half = ImageTexture { tint: Rgb::splat(0.5), ..image("a.png") };
+    assert_eq!(opacity("map_d a.png\nd .5"), Some(ScalarTexture::Image(half)));
+}
+
+#[test]
+fn maps_multiply_colours_that_are_not_black() {
+    let tinted = |statements: &str| match material(statements).bsdf {
+        BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } => image.tint,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(tinted("map_Kd a.png"), Rgb::ONE);
+    assert_eq!(tinted("map_Kd a.png\nKd 0 0 0"), Rgb::ONE);
+    assert_eq!(tinted("Kd 1 .5 0\nmap_Kd -mm 0 0.5 a.png"), Rgb::new(0.5, 0.25, 0.0));
+}
+
+#[test]
+fn texture_options_precede_the_name() {
+    let read = |argument: &str| {
+        let mut notes = Notes::default();
+        let texture = texture::read(argument.as_bytes(), Path::new("folder"), &mut notes).unwrap();
+        (texture, notes.messages.len())
+    };
+    let moved = ImageTexture { scale: [2.0, 3.0], offset: [0.5, 0.25], ..image("a b.png") };
+    assert_eq!(read(" -s 2 3 1 -o 0.5 .25 a b.png # note"), (Some(moved), 0));
+    let partial = ImageTexture { scale: [2.0, 1.0], ..image("7") };
+    assert_eq!(read("-s 2 7"), (Some(partial), 0));
+    assert_eq!(read("-blendu on -CC off -texres 64 -clamp off a.png"), (Some(image("a.png")), 0));
+    assert_eq!(read("-clamp on -imfchan r -bm 0.5 -t 1 2 a.png"), (Some(image("a.png")), 4));
+    assert_eq!(read(r"maps\wood #2.png"), (Some(image("maps/wood #2.png")), 0));
+    assert_eq!(read("-x.png"), (Some(image("-x.png")), 0));
+    assert_eq!(read(" # nothing"), (None, 0));
+    for bad in ["-s a.png", "-o nan a.png", "-mm inf 1 a.png"] {
+        assert!(
+            texture::read(bad.as_bytes(), Path::new(""), &mut Notes::default()).is_err(),
+            "{bad}"
+        );
+    }
+}
+
+#[test]
+fn oddities_are_reported_once() {
+    let text = "Kd 1\nnewmtl a\nmap_Bump x\nmap_Bump y\nKa 1 1 1\nKd 2 0 0\nnewmtl b\nKs 3\nNi 0\nmap_Kd\nKd spectral x.rfl\nd 0.5\nTr 0.2\nd -halo 1\nmap_Bump z\nnewmtl a\nKd .5\n";
+    let expected = [
+        (1, "statements before the first `newmtl` are ignored"),
+        (3, "statement `map_Bump` is ignored"),
+        (6, "`Kd` is brought into [0, 1]"),
+        (8, "`Ks` is brought into [0, 1]"),
+        (9, "`Ni` that is not positive is ignored"),
+        (10, "`map_Kd` names no file"),
+        (11, "`Kd` as a spectrum or in XYZ is ignored"),
+        (13, "`d` and `Tr` contradict each other; `d` counts"),
+        (14, "`d -halo` counts as `d`"),
+        (16, "material `a` is defined again; the first definition counts"),
+    ];
+    assert_eq!(messages(text), expected.map(|(line, message)| (line, message.to_string())));
+    let (materials, _) = library(text).unwrap();
+    assert_eq!(materials["a"].bsdf, diffuse(constant(1.0, 0.0, 0.0)));
+}
+
+#[test]
+fn faults_name_the_library_line_and_column() {
+    for (statement, column) in [
+        ("Kd", 3),
+        ("Kd red", 4),
+        ("Kd 1 2", 7),
+        ("Ke 1 nan 1", 6),
+        ("Ns x", 4),
+        ("illum two", 7),
+        ("  d inf", 5),
+        ("map_Kd -s x.png", 10),
+    ] {
+        let error = library(format!("# \\\nnewmtl \\\n m\n{statement}\n")).unwrap_err().to_string();
+        assert!(
+            error.starts_with(&format!("folder/test.mtl:4:{column}: ")),
+            "{statement}: {error}"
+        );
+    }
+}
+
+#[test]
+fn files_are_found_as_people_write_them() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("Maps")).unwrap();
+    for file in ["Maps/Wood.PNG", "a.mtl", "b c.mtl", "B C.MTL"] {
+        std::fs::write(folder.path().join(file), "").unwrap();
+    }
+    let wood = Some(folder.path().join("Maps/Wood.PNG"));
+    for name in ["Maps/Wood.PNG", r"Maps\Wood.PNG", r".\maps\wood.png", "MAPS/wood.Png"] {
+        assert_eq!(paths::find(folder.path(), name), wood, "{name}");
+    }
+    let a = Some(folder.path().join("a.mtl"));
+    assert_eq!(paths::find(folder.path(), "/elsewhere/A.mtl"), a);
+    assert_eq!(paths::find(folder.path(), r"C:\elsewhere\a.mtl"), a);
+    assert_eq!(paths::find(folder.path(), "elsewhere/a.mtl"), None);
+    assert_eq!(paths::resolve(folder.path(), r"x\y.png"), folder.path().join("x/y.png"));
+
+    let names = |argument: &str| -> Vec<String> {
+        library_paths(folder.path(), argument).into_iter().map(|(name, _)| name).collect()
+    };
+    assert_eq!(names("b c.mtl"), ["b c.mtl"]);
+    assert_eq!(names(r"a.mtl b\ c.mtl"), ["a.mtl", "b c.mtl"]);
+    assert_eq!(names("x.mtl b c.mtl\ta.mtl y"), ["x.mtl", "b c.mtl", "a.mtl", "y"]);
+}
+
+#[test]
+fn libraries_of_an_obj_file() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.mtl"), "newmtl red\nKd 1 0 0\nmap_Kd t.png\n").unwrap();
+    std::fs::write(
+        folder.path().join("b.mtl"),
+        "newmtl red\nKd 0 1 0\nnewmtl blue\nKd 0 0 1\nPc 1\n",
+    )
+    .unwrap();
+    let path = folder.path().join("scene.obj");
+    std::fs::write(
+        &path,
+        "mtllib a.mtl none.mtl b.mtl\nv 0 0 0\nusemtl red\nf 1 1 1\nusemtl green\nf 1 1 1\n",
+    )
+    .unwrap();
+    let obj = crate::scene::obj::load(&path).unwrap();
+    let found: Vec<&String> = obj.materials.keys().collect();
+    assert_eq!(found, ["blue", "red"]);
+    let texture = ImageTexture { path: folder.path().join("t.png"), tint: Rgb::X, ..image("") };
+    assert_eq!(obj.materials["red"].bsdf, diffuse(ColorTexture::Image(texture)));
+    let places: Vec<(&Path, usize)> = obj.warnings.iter().map(|w| (&*w.path, w.line)).collect();
+    assert_eq!(places, [(&*path, 1), (&*path, 5), (&*folder.path().join("b.mtl"), 5)]);
+    std::fs::write(folder.path().join("b.mtl"), "newmtl red\nKd x\n").unwrap();
+    let error = crate::scene::obj::load(&path).unwrap_err().to_string();
+    assert!(error.contains("b.mtl:2:4: "), "{error}");
+}
+
+proptest! {
+    #[test]
+    fn random_libraries_do_not_panic(
+        text in r"((newmtl|Kd|Ke|Ns|Ni|d|Tr|map_Kd|map_d|illum|Pm)( (-s|-mm|-t|-halo|[-+0-9.enaif#\\]{1,5})){0,5}\r?\n){0,20}",
+        bytes in prop::collection::vec(any::<u8>(), 0..100),
+    ) {
+        let text = [b"newmtl m\n", text.as_bytes(), &bytes].concat();
+        let _ = library(text);
+    }
+}

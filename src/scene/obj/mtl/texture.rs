@@ -1,0 +1,108 @@
+//! Texture statements: options, then a file name that may hold blanks.
+
+use super::super::lines;
+use super::super::paths;
+use super::super::source::Fault;
+use super::Notes;
+use crate::math::Rgb;
+use crate::scene::description::ImageTexture;
+use std::path::Path;
+
+/// Reads the arguments of a texture statement; `None` if there is no file name. Faults count from the start of `rest`.
+pub(super) fn read(
+    rest: &[u8],
+    folder: &Path,
+    notes: &mut Notes,
+) -> Result<Option<ImageTexture>, Fault> {
+    let argument = lines::name(rest);
+    let mut words = Words { text: argument, at: 0 };
+    let mut texture = ImageTexture {
+        path: Default::default(),
+        scale: [1.0; 2],
+        offset: [0.0; 2],
+        nearest: false,
+        tint: Rgb::ONE,
+    };
+    while words.option(&mut texture, notes)? {}
+    let name = lines::text(lines::trim(&argument[words.at..]));
+    texture.path = paths::resolve(folder, &name);
+    Ok((!name.is_empty()).then_some(texture))
+}
+
+/// The words of a texture statement.
+struct Words<'a> {
+    text: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Words<'a> {
+    /// The next word and where it ends; `None` at the end.
+    fn peek(&self) -> Option<(&'a [u8], usize)> {
+        let rest = &self.text[self.at..];
+        let blanks = rest.iter().take_while(|&&b| lines::is_blank(b)).count();
+        let length = lines::token_length(&rest[blanks..]);
+        (length > 0).then(|| (&rest[blanks..][..length], self.at + blanks + length))
+    }
+
+    /// Takes an option with its arguments into account; false if the next word begins the file name.
+    fn option(&mut self, texture: &mut ImageTexture, notes: &mut Notes) -> Result<bool, Fault> {
+        let Some((word, end)) = self.peek() else { return Ok(false) };
+        let start = self.at;
+        self.at = end;
+        match &*lines::text(word).to_ascii_lowercase() {
+            "-s" => texture.scale = self.pair(texture.scale)?,
+            "-o" => texture.offset = self.pair(texture.offset)?,
+            "-mm" => texture.tint = self.gain(notes)?,
+            "-clamp" => self.clamp(notes),
+            // How an image is filtered or cached.
+            "-blendu" | "-blendv" | "-texres" | "-boost" | "-cc" => self.skip(),
+            option @ ("-bm" | "-imfchan" | "-type" | "-colorspace" | "-t") => {
+                notes.once(format!("option `{option}` is ignored"));
+                if option == "-t" { self.pair([0.0; 2]).map(drop)? } else { self.skip() }
+            }
+            _ => {
+                self.at = start;
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// `-mm base gain` maps a texel t to base + gain·t.
+    fn gain(&mut self, notes: &mut Notes) -> Result<Rgb, Fault> {
+        let [base, gain] = self.pair([0.0, 1.0])?;
+        if base != 0.0 || gain < 0.0 {
+            notes.once("option `-mm`: only a gain that is not negative is supported");
+        }
+        Ok(Rgb::splat(gain.max(0.0)))
+    }
+
+    fn clamp(&mut self, notes: &mut Notes) {
+        if self.peek().is_some_and(|(word, _)| word.eq_ignore_ascii_case(b"on")) {
+            notes.once("option `-clamp on` is ignored: textures repeat");
+        }
+        self.skip();
+    }
+
+    fn skip(&mut self) {
+        if let Some((_, end)) = self.peek() {
+            self.at = end;
+        }
+    }
+
+    /// One to three numbers, of which the third is dropped; a missing second one is as in `default`. The last word of
+    /// the statement is the file's name even if it is a number.
+    fn pair(&mut self, default: [f32; 2]) -> Result<[f32; 2], Fault> {
+        let mut values = [default[0], default[1], 0.0];
+        for (i, value) in values.iter_mut().enumerate() {
+            let word = self.peek().filter(|&(_, end)| end < self.text.len());
+            let number = word.and_then(|(word, end)| Some((fast_float2::parse(word).ok()?, end)));
+            match number {
+                Some((x, end)) if f32::is_finite(x) => (*value, self.at) = (x, end),
+                None if i > 0 => break,
+                _ => return Err(Fault::new(self.at, "a texture option needs a finite number")),
+            }
+        }
+        Ok([values[0], values[1]])
+    }
+}

@@ -1,0 +1,142 @@
+//! Triangulation.
+
+use super::super::triangulate::{LARGEST_CONCAVE, triangulate};
+use glam::{DVec3, Vec3};
+use proptest::prelude::*;
+use std::f64::consts::TAU;
+
+fn cut(points: &[[f32; 3]]) -> Vec<[usize; 3]> {
+    let mut out = Vec::new();
+    assert!(triangulate(points, &mut out));
+    assert_eq!(out.len(), points.len() - 2);
+    out
+}
+
+/// Twice the area vectors of the triangles.
+fn areas(points: &[[f32; 3]], triangles: &[[usize; 3]]) -> Vec<DVec3> {
+    let corner = |i: usize| Vec3::from(points[i]).as_dvec3();
+    let area = |&[a, b, c]: &[usize; 3]| (corner(b) - corner(a)).cross(corner(c) - corner(a));
+    triangles.iter().map(area).collect()
+}
+
+/// Twice the area by which the triangles exceed the polygon, relative to it: 0 if they tile it. Triangles wound the
+/// other way, or outside of it, make it larger.
+fn excess(points: &[[f32; 3]], triangles: &[[usize; 3]]) -> f64 {
+    let areas = areas(points, triangles);
+    let total: DVec3 = areas.iter().sum();
+    areas.iter().map(|area| area.length()).sum::<f64>() / total.length() - 1.0
+}
+
+fn fan(n: usize) -> Vec<[usize; 3]> {
+    (1..n - 1).map(|i| [0, i, i + 1]).collect()
+}
+
+fn flat(points: &[[f32; 2]]) -> Vec<[f32; 3]> {
+    points.iter().map(|p| [p[0], p[1], 2.0]).collect()
+}
+
+#[test]
+fn convex_polygons_are_fans() {
+    let ring: Vec<[f32; 3]> = (0..9)
+        .map(|i| (i as f32 / 9.0).to_radians() * 360.0)
+        .map(|t| [t.cos(), 3.0, t.sin()])
+        .collect();
+    for n in 3..=9 {
+        assert_eq!(cut(&ring[..n]), fan(n));
+    }
+}
+
+#[test]
+fn a_concave_quadrilateral_is_cut_at_its_reflex_corner() {
+    let dart = flat(&[[0.0, 0.0], [4.0, 0.0], [1.0, 1.0], [0.0, 4.0]]);
+    for first in 0..4 {
+        let mut turned = dart.clone();
+        turned.rotate_left(first);
+        assert!(excess(&turned, &cut(&turned)) < 1e-9, "from {first}");
+    }
+    // A fan from corner 1 or 3 leaves the dart.
+    let mut turned = dart;
+    turned.rotate_left(1);
+    assert!(excess(&turned, &fan(4)) > 0.1);
+}
+
+#[test]
+fn concave_polygons_are_tiled() {
+    let comb: Vec<[f32; 2]> =
+        (0..40).map(|i| [i as f32 * 0.5, if i % 2 == 0 { 0.0 } else { 5.0 }]).collect();
+    let comb: Vec<[f32; 2]> = [[19.5, 9.0], [0.0, 9.0]].into_iter().chain(comb).collect();
+    let step = [[2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0], [0.0, 0.0]];
+    // A square hole, reached along a bridge.
+    let hole = [
+        [0.0, 0.0],
+        [3.0, 0.0],
+        [3.0, 3.0],
+        [0.0, 3.0],
+        [0.0, 0.0],
+        [1.0, 1.0],
+        [1.0, 2.0],
+        [2.0, 2.0],
+        [2.0, 1.0],
+        [1.0, 1.0],
+    ];
+    for polygon in [&comb[..], &step[..], &hole[..]] {
+        let points = flat(polygon);
+        assert!(excess(&points, &cut(&points)).abs() < 1e-9, "{polygon:?}");
+        assert!(excess(&points, &fan(points.len())) > 0.1, "a fan would have done for {polygon:?}");
+    }
+}
+
+#[test]
+fn corners_in_line_are_no_obstacle() {
+    let square =
+        [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 1.0], [0.0, 2.0], [0.0, 1.0]];
+    let points = flat(&square);
+    assert!(excess(&points, &cut(&points)).abs() < 1e-9);
+}
+
+#[test]
+fn degenerate_polygons_are_cut_somehow() {
+    let line: Vec<[f32; 3]> = (0..6).map(|i| [i as f32, 0.0, 0.0]).collect();
+    let bow = flat(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0], [2.0, 5.0]]);
+    for points in [vec![[1.0; 3]; 7], line, bow, vec![[f32::NAN; 3]; 5], vec![[f32::MAX; 3]; 4]] {
+        cut(&points);
+    }
+}
+
+#[test]
+fn huge_concave_polygons_are_refused() {
+    let saw: Vec<[f32; 3]> =
+        (0..=LARGEST_CONCAVE as u32).map(|i| [i as f32, (i % 2) as f32, 0.0]).collect();
+    assert!(!triangulate(&saw, &mut Vec::new()));
+    assert!(triangulate(&saw[1..], &mut Vec::new()));
+}
+
+proptest! {
+    /// Around a point that sees all corners, the polygon is simple; seen from anywhere in space.
+    #[test]
+    fn star_shaped_polygons_are_tiled(
+        radii in prop::collection::vec(0.1f64..5.0, 5..60),
+        axis in prop::array::uniform3(-1.0f64..1.0),
+    ) {
+        let n = radii.len();
+        let axis = DVec3::from(axis).try_normalize().unwrap_or(DVec3::Z);
+        let (u, v) = axis.any_orthonormal_pair();
+        let points: Vec<[f32; 3]> = radii
+            .iter()
+            .enumerate()
+            .map(|(i, r)| (r, i as f64 / n as f64 * TAU))
+            .map(|(r, t)| (r * (t.cos() * u + t.sin() * v)).as_vec3().to_array())
+            .collect();
+        let triangles = cut(&points);
+        prop_assert!(excess(&points, &triangles) < 1e-5);
+        prop_assert!(areas(&points, &triangles).iter().all(|area| area.dot(axis) > -1e-5));
+    }
+
+    #[test]
+    fn any_corners_give_all_triangles(points in prop::collection::vec(prop::array::uniform3(-2i8..3), 3..40)) {
+        let points: Vec<[f32; 3]> = points.iter().map(|p| p.map(f32::from)).collect();
+        for corner in cut(&points).iter().flatten() {
+            prop_assert!(*corner < points.len());
+        }
+    }
+}
