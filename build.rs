@@ -64,8 +64,7 @@ fn link(embree: &Embree) {
 }
 
 fn generate(embree: &Embree) {
-    let out =
-        PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("embree.rs");
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR")).join("embree.rs");
     let builder = bindgen::Builder::default()
         .header(header(&embree.root, embree.major).display().to_string())
         .clang_arg(format!("-I{}", embree.root.join("include").display()))

@@ -39,12 +39,7 @@ impl Error {
     }
 
     /// A fault in a text file; `line` and `column` count from 1, column 0 means the whole line.
-    pub fn parse(
-        path: impl AsRef<Path>,
-        line: usize,
-        column: usize,
-        message: impl Into<String>,
-    ) -> Error {
+    pub fn parse(path: impl AsRef<Path>, line: usize, column: usize, message: impl Into<String>) -> Error {
         Error::Parse { path: path.as_ref().to_path_buf(), line, column, message: message.into() }
     }
 }

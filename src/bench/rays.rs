@@ -45,7 +45,10 @@ pub struct RayFigure {
 /// Measures every variant on the scene's own rays, `turns` times each.
 pub fn measure(scene: &Scene, turns: usize) -> Vec<RayFigure> {
     let sets = ray_sets(scene);
-    sets.iter().filter(|(_, rays)| !rays.is_empty()).flat_map(|(set, rays)| measure_set(scene, *set, rays, turns)).collect()
+    sets.iter()
+        .filter(|(_, rays)| !rays.is_empty())
+        .flat_map(|(set, rays)| measure_set(scene, *set, rays, turns))
+        .collect()
 }
 
 fn measure_set(scene: &Scene, set: RaySet, rays: &[Ray], turns: usize) -> Vec<RayFigure> {
@@ -59,13 +62,8 @@ fn measure_set(scene: &Scene, set: RaySet, rays: &[Ray], turns: usize) -> Vec<Ra
         }
     }
     let rates: Vec<f64> = seconds.iter_mut().map(|s| rays.len() as f64 / median(s) * 1e-6).collect();
-    let figure = |(((order, _), (width, coherent)), rate): (&(&(&'static str, Vec<Ray>), (usize, bool)), &f64)| RayFigure {
-        set,
-        order,
-        width: *width,
-        coherent: *coherent,
-        mrays_per_second: *rate,
-        ratio: rate / rates[0],
+    let figure = |(((order, _), (width, coherent)), rate): (&(&(&'static str, Vec<Ray>), (usize, bool)), &f64)| {
+        RayFigure { set, order, width: *width, coherent: *coherent, mrays_per_second: *rate, ratio: rate / rates[0] }
     };
     variants.iter().zip(&rates).map(figure).collect()
 }

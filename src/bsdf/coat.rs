@@ -27,8 +27,7 @@ impl CoatTable {
     /// `eta` is the index of the coat over that of the air.
     pub fn new(eta: f32, microfacet: Microfacet) -> CoatTable {
         let outside: [Albedos; NODES] = std::array::from_fn(|i| albedos(&microfacet, node(i), eta));
-        let inside: [f32; NODES] =
-            std::array::from_fn(|i| albedos(&microfacet, node(i), 1.0 / eta).reflected);
+        let inside: [f32; NODES] = std::array::from_fn(|i| albedos(&microfacet, node(i), 1.0 / eta).reflected);
         let transmittance = outside.map(|a| a.transmitted);
         CoatTable {
             microfacet,

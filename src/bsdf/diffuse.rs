@@ -28,13 +28,7 @@ impl Scatter for Diffuse {
     fn sample(&self, wo: Vec3, _u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
         let wi = square_to_cosine_hemisphere(u);
         let pdf = square_to_cosine_hemisphere_pdf(wi);
-        (wo.z > 0.0 && pdf > 0.0).then_some(BsdfSample {
-            wi,
-            weight: self.reflectance,
-            pdf,
-            delta: false,
-            eta: 1.0,
-        })
+        (wo.z > 0.0 && pdf > 0.0).then_some(BsdfSample { wi, weight: self.reflectance, pdf, delta: false, eta: 1.0 })
     }
 
     fn albedo(&self, wo: Vec3) -> Rgb {

@@ -107,8 +107,7 @@ mod tests {
         let (eta, k) = (Rgb::new(0.2, 1.5, 2.0), Rgb::new(3.9, 0.0, 3.0));
         let normal = conductor(1.0, eta, k);
         for c in 0..3 {
-            let known =
-                ((eta[c] - 1.0).powi(2) + k[c] * k[c]) / ((eta[c] + 1.0).powi(2) + k[c] * k[c]);
+            let known = ((eta[c] - 1.0).powi(2) + k[c] * k[c]) / ((eta[c] + 1.0).powi(2) + k[c] * k[c]);
             assert!((normal[c] - known).abs() < 1e-5, "{normal}");
         }
         // without absorption a conductor is a dielectric

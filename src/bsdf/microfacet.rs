@@ -41,9 +41,7 @@ impl Microfacet {
             }
             // the exponential vanishes long before 1/cos⁴ overflows
             MicrofacetDistribution::Beckmann if cos2 < 1e-10 => 0.0,
-            MicrofacetDistribution::Beckmann => {
-                FRAC_1_PI * (-sin2 / (a2 * cos2)).exp() / (a2 * cos2 * cos2)
-            }
+            MicrofacetDistribution::Beckmann => FRAC_1_PI * (-sin2 / (a2 * cos2)).exp() / (a2 * cos2 * cos2),
         }
     }
 
@@ -93,8 +91,7 @@ impl Microfacet {
             }
             MicrofacetDistribution::Beckmann => {
                 let along = visible_gaussian_slope(w.z, u[1]);
-                let across =
-                    erf_inv((2.0 * u[0] - 1.0).clamp(-ONE_MINUS_EPSILON, ONE_MINUS_EPSILON));
+                let across = erf_inv((2.0 * u[0] - 1.0).clamp(-ONE_MINUS_EPSILON, ONE_MINUS_EPSILON));
                 let axis = w.truncate().try_normalize().unwrap_or(Vec2::X);
                 let slope = self.alpha * axis.rotate(Vec2::new(along, across));
                 (-slope).extend(1.0).normalize()

@@ -32,8 +32,7 @@ fn facets_project_to_the_surface() {
         assert!((projected - 1.0).abs() < 1e-4, "{kind:?} {alpha}: {projected}");
         for theta in [0.0, 0.8, 1.4, 1.57] {
             let wo = polar(theta, 0.5);
-            let visible =
-                integrate(&|c, p| facets.visible_pdf(wo, normal(c, p)) as f64, all, refinement);
+            let visible = integrate(&|c, p| facets.visible_pdf(wo, normal(c, p)) as f64, all, refinement);
             assert!((visible - 1.0).abs() < 1e-3, "{kind:?} {alpha} {theta}: {visible}");
         }
     }
@@ -95,15 +94,10 @@ fn extreme_views_and_numbers_stay_finite() {
     for kind in [Ggx, Beckmann] {
         for alpha in [1e-4, 1e-3, 0.5, 1.0, 2.0] {
             let facets = Microfacet::new(kind, alpha);
-            for wo in
-                [Vec3::Z, Vec3::X, polar(std::f32::consts::FRAC_PI_2 - 1e-5, 3.0), polar(1e-4, 0.1)]
-            {
+            for wo in [Vec3::Z, Vec3::X, polar(std::f32::consts::FRAC_PI_2 - 1e-5, 3.0), polar(1e-4, 0.1)] {
                 for u in edge.iter().flat_map(|&a| edge.map(|b| [a, b])) {
                     let m = facets.sample_visible(wo, u);
-                    assert!(
-                        (m.length() - 1.0).abs() < 1e-5 && m.z > 0.0,
-                        "{kind:?} {wo} {u:?} {m}"
-                    );
+                    assert!((m.length() - 1.0).abs() < 1e-5 && m.z > 0.0, "{kind:?} {wo} {u:?} {m}");
                     assert!(facets.visible_pdf(wo, m).is_finite() && facets.d(m).is_finite());
                 }
             }

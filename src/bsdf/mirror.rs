@@ -22,11 +22,7 @@ impl Scatter for Mirror {
 
     fn sample(&self, wo: Vec3, _u_lobe: f32, _u: [f32; 2]) -> Option<BsdfSample> {
         let value = self.albedo(wo);
-        if wo.z > 0.0 {
-            BsdfSample::delta(Vec3::new(-wo.x, -wo.y, wo.z), value, 1.0, 1.0)
-        } else {
-            None
-        }
+        if wo.z > 0.0 { BsdfSample::delta(Vec3::new(-wo.x, -wo.y, wo.z), value, 1.0, 1.0) } else { None }
     }
 
     fn albedo(&self, wo: Vec3) -> Rgb {

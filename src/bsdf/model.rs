@@ -2,9 +2,9 @@
 
 use super::microfacet::Microfacet;
 use super::{
-    Bsdf, BsdfKind, CoatTable, CoatTables, Dielectric, Diffuse, DiffuseTransmitter, Metal, Mirror,
-    Null, Plastic, Principled, PrincipledLobes, PrincipledParameters, RoughConductor,
-    RoughDielectric, RoughPlastic, SmoothCoat, ThinDielectric,
+    Bsdf, BsdfKind, CoatTable, CoatTables, Dielectric, Diffuse, DiffuseTransmitter, Metal, Mirror, Null, Plastic,
+    Principled, PrincipledLobes, PrincipledParameters, RoughConductor, RoughDielectric, RoughPlastic, SmoothCoat,
+    ThinDielectric,
 };
 use crate::math::Rgb;
 use crate::scene::description::{BsdfDescription, ColorTexture, MicrofacetDistribution};
@@ -44,9 +44,7 @@ pub fn color_textures(description: &BsdfDescription) -> [Option<&ColorTexture>; 
     use BsdfDescription as D;
     match description {
         D::Diffuse { reflectance } | D::Plastic { reflectance, .. } => [Some(reflectance), None],
-        D::DiffuseTransmitter { reflectance, transmittance } => {
-            [Some(reflectance), Some(transmittance)]
-        }
+        D::DiffuseTransmitter { reflectance, transmittance } => [Some(reflectance), Some(transmittance)],
         D::Conductor { specular_reflectance, .. } => [Some(specular_reflectance), None],
         D::Principled { base_color, .. } => [Some(base_color), None],
         D::Dielectric { .. } | D::Null => [None, None],
@@ -56,18 +54,12 @@ pub fn color_textures(description: &BsdfDescription) -> [Option<&ColorTexture>; 
 impl BsdfModel {
     /// Checks the numbers and prepares what does not depend on the place; `coats` keeps tables for other
     /// materials. [`Error::Scene`] names the parameter that is out of its domain.
-    pub fn new(
-        description: &BsdfDescription,
-        two_sided: bool,
-        coats: &mut CoatTables,
-    ) -> Result<BsdfModel> {
+    pub fn new(description: &BsdfDescription, two_sided: bool, coats: &mut CoatTables) -> Result<BsdfModel> {
         use BsdfDescription as D;
         let model = match *description {
             D::Diffuse { .. } => Model::Diffuse,
             D::DiffuseTransmitter { .. } => Model::DiffuseTransmitter,
-            D::Conductor { eta_k, alpha, distribution, .. } => {
-                conductor(eta_k, alpha, distribution)?
-            }
+            D::Conductor { eta_k, alpha, distribution, .. } => conductor(eta_k, alpha, distribution)?,
             D::Dielectric {
                 int_ior,
                 ext_ior,
@@ -80,15 +72,7 @@ impl BsdfModel {
                 let interface = Interface::new(int_ior, ext_ior, alpha, distribution)?;
                 dielectric(interface, reflectance, transmittance, thin)?
             }
-            D::Plastic {
-                specular_reflectance: specular,
-                int_ior,
-                ext_ior,
-                alpha,
-                distribution,
-                nonlinear,
-                ..
-            } => {
+            D::Plastic { specular_reflectance: specular, int_ior, ext_ior, alpha, distribution, nonlinear, .. } => {
                 let interface = Interface::new(int_ior, ext_ior, alpha, distribution)?;
                 plastic(interface, specular, nonlinear, coats)?
             }
@@ -123,10 +107,9 @@ impl BsdfModel {
         let color = colors[0];
         let kind = match &self.model {
             Model::Diffuse => BsdfKind::Diffuse(Diffuse { reflectance: color }),
-            Model::DiffuseTransmitter => BsdfKind::DiffuseTransmitter(DiffuseTransmitter {
-                reflectance: color,
-                transmittance: colors[1],
-            }),
+            Model::DiffuseTransmitter => {
+                BsdfKind::DiffuseTransmitter(DiffuseTransmitter { reflectance: color, transmittance: colors[1] })
+            }
             &Model::Mirror(metal) => BsdfKind::Mirror(Mirror { metal, reflectance: color }),
             &Model::RoughConductor(metal, microfacet) => {
                 BsdfKind::RoughConductor(RoughConductor { metal, reflectance: color, microfacet })
@@ -138,9 +121,7 @@ impl BsdfModel {
             Model::RoughPlastic { coat, specular, nonlinear } => {
                 BsdfKind::RoughPlastic(RoughPlastic::new(color, *specular, coat, *nonlinear))
             }
-            Model::Principled(lobes) => {
-                BsdfKind::Principled(Principled { base_color: color, lobes })
-            }
+            Model::Principled(lobes) => BsdfKind::Principled(Principled { base_color: color, lobes }),
         };
         Bsdf::new(kind, self.two_sided)
     }
@@ -155,28 +136,16 @@ struct Interface {
 }
 
 impl Interface {
-    fn new(
-        int_ior: f32,
-        ext_ior: f32,
-        alpha: f32,
-        distribution: MicrofacetDistribution,
-    ) -> Result<Interface> {
+    fn new(int_ior: f32, ext_ior: f32, alpha: f32, distribution: MicrofacetDistribution) -> Result<Interface> {
         let eta = int_ior / ext_ior;
         if !(int_ior > 0.0 && ext_ior > 0.0 && (1e-2..=1e2).contains(&eta)) {
-            return Err(out_of_domain(
-                "int_ior and ext_ior",
-                "positive, with a ratio of 0.01 to 100",
-            ));
+            return Err(out_of_domain("int_ior and ext_ior", "positive, with a ratio of 0.01 to 100"));
         }
         Ok(Interface { eta, alpha: checked_alpha(alpha)?, distribution })
     }
 }
 
-fn conductor(
-    eta_k: Option<(Rgb, Rgb)>,
-    alpha: f32,
-    distribution: MicrofacetDistribution,
-) -> Result<Model> {
+fn conductor(eta_k: Option<(Rgb, Rgb)>, alpha: f32, distribution: MicrofacetDistribution) -> Result<Model> {
     let metal = checked_metal(eta_k)?;
     Ok(match checked_alpha(alpha)? {
         0.0 => Model::Mirror(metal),
@@ -184,12 +153,7 @@ fn conductor(
     })
 }
 
-fn dielectric(
-    interface: Interface,
-    reflectance: Rgb,
-    transmittance: Rgb,
-    thin: bool,
-) -> Result<Model> {
+fn dielectric(interface: Interface, reflectance: Rgb, transmittance: Rgb, thin: bool) -> Result<Model> {
     checked_color(reflectance, "specular_reflectance")?;
     checked_color(transmittance, "specular_transmittance")?;
     let Interface { eta, alpha, distribution } = interface;
@@ -207,12 +171,7 @@ fn dielectric(
     }))
 }
 
-fn plastic(
-    interface: Interface,
-    specular: Rgb,
-    nonlinear: bool,
-    coats: &mut CoatTables,
-) -> Result<Model> {
+fn plastic(interface: Interface, specular: Rgb, nonlinear: bool, coats: &mut CoatTables) -> Result<Model> {
     checked_color(specular, "specular_reflectance")?;
     let Interface { eta, alpha, distribution } = interface;
     Ok(if alpha == 0.0 {
@@ -234,11 +193,7 @@ fn checked_metal(eta_k: Option<(Rgb, Rgb)>) -> Result<Metal> {
 }
 
 fn checked_alpha(alpha: f32) -> Result<f32> {
-    if (0.0..=10.0).contains(&alpha) {
-        Ok(alpha)
-    } else {
-        Err(out_of_domain("alpha", "between 0 and 10"))
-    }
+    if (0.0..=10.0).contains(&alpha) { Ok(alpha) } else { Err(out_of_domain("alpha", "between 0 and 10")) }
 }
 
 fn checked_shares(set: PrincipledParameters) -> Result<PrincipledParameters> {

@@ -126,8 +126,7 @@ impl Scatter for Principled<'_> {
         let Some((m, specular_pdf)) = reflection_pdf(facets, wo, wi) else { return BLACK };
         let (choice, cos_d) = (self.choice(wo), wo.dot(m));
         let mut value = self.fresnel(cos_d) * (specular_pdf * facets.g1(wi));
-        let mut pdf =
-            choice.specular * specular_pdf + choice.base * square_to_cosine_hemisphere_pdf(wi);
+        let mut pdf = choice.specular * specular_pdf + choice.base * square_to_cosine_hemisphere_pdf(wi);
         value += self.base(wo.z, wi.z, cos_d);
         if set.clearcoat > 0.0 {
             value += Rgb::splat(set.clearcoat * coat.eval(wo, wi, m));

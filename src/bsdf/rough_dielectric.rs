@@ -61,11 +61,7 @@ impl Scatter for RoughDielectric {
         // seen from below, the surface is its mirror image with the indices exchanged
         let eta = relative_index(self.eta, wo);
         let (wo, wi) = if wo.z < 0.0 { (mirrored(wo), mirrored(wi)) } else { (wo, wi) };
-        if wi.z > 0.0 {
-            self.eval_reflection(wo, wi, eta)
-        } else {
-            self.eval_refraction(wo, wi, eta)
-        }
+        if wi.z > 0.0 { self.eval_reflection(wo, wi, eta) } else { self.eval_refraction(wo, wi, eta) }
     }
 
     fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {

@@ -19,12 +19,7 @@ pub struct RoughPlastic<'s> {
 impl<'s> RoughPlastic<'s> {
     /// `reflectance` of the base, `specular` times the coat's reflection.
     #[inline]
-    pub fn new(
-        reflectance: Rgb,
-        specular: Rgb,
-        coat: &'s CoatTable,
-        nonlinear: bool,
-    ) -> RoughPlastic<'s> {
+    pub fn new(reflectance: Rgb, specular: Rgb, coat: &'s CoatTable, nonlinear: bool) -> RoughPlastic<'s> {
         let base = base_under_coat(reflectance, coat.internal_reflectance(), coat.eta(), nonlinear);
         RoughPlastic { base, specular, coat }
     }

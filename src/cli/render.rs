@@ -129,7 +129,9 @@ fn warn_of_non_finite(rendering: &Rendering) {
     let total = total(&rendering.iterations);
     if let Some((x, y, sample)) = total.first_non_finite {
         let n = total.non_finite;
-        eprintln!("warning: {n} samples were not finite and count as black; the first is pixel ({x}, {y}), sample {sample}");
+        eprintln!(
+            "warning: {n} samples were not finite and count as black; the first is pixel ({x}, {y}), sample {sample}"
+        );
     }
 }
 

@@ -37,13 +37,7 @@ impl Device {
         device.check_version()?;
         let counter: *const AtomicI64 = &*device.memory;
         // SAFETY: the counter is boxed and dropped after the device has been released (see `drop`).
-        unsafe {
-            sys::rtcSetDeviceMemoryMonitorFunction(
-                handle,
-                Some(count_memory),
-                counter.cast_mut().cast(),
-            )
-        };
+        unsafe { sys::rtcSetDeviceMemoryMonitorFunction(handle, Some(count_memory), counter.cast_mut().cast()) };
         Ok(Arc::new(device))
     }
 
@@ -56,10 +50,7 @@ impl Device {
     /// Whether the machine runs 16-wide packets natively.
     pub fn native_ray16(&self) -> bool {
         // SAFETY: the handle is live.
-        unsafe {
-            sys::rtcGetDeviceProperty(self.handle, sys::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)
-                != 0
-        }
+        unsafe { sys::rtcGetDeviceProperty(self.handle, sys::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0 }
     }
 
     /// Bytes that Embree holds for this device now.

@@ -45,9 +45,7 @@ pub(super) unsafe extern "C" fn filter(arguments: *const sys::RTCFilterFunctionN
             let field = |k: usize| arguments.hit.cast::<c_void>().cast::<f32>().add(k * n + lane);
             let (u, v, primitive) = (*field(3), *field(4), (*field(5)).to_bits());
             // A panic must not cross into C: a test that fails stops the ray.
-            let passes = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-                test.0.passes(primitive, u, v)
-            }));
+            let passes = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| test.0.passes(primitive, u, v)));
             if passes.unwrap_or(false) {
                 *valid = 0;
             }

@@ -3,10 +3,7 @@
 //! It knows triangles and ids, never materials: what a hit means is the caller's business. One source serves
 //! Embree 3.13 and 4 (`compat`); the declarations are made by the build script from the installed headers, so
 //! the struct layouts are always those of the library that is linked.
-#![allow(
-    unsafe_code,
-    reason = "the foreign function interface to Embree lives here, and nowhere else"
-)]
+#![allow(unsafe_code, reason = "the foreign function interface to Embree lives here, and nowhere else")]
 
 mod batch;
 mod compat;

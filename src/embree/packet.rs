@@ -144,9 +144,7 @@ macro_rules! packets {
                 let (valid, mut query) = (Valid::first(lanes), Query::new(coherence));
                 // SAFETY: a `Scene` is committed and alive; both types carry Embree's alignment, and the mask has
                 // 16 elements, as many as the widest packet.
-                unsafe {
-                    compat::$intersect(valid.0.as_ptr(), scene.handle(), &mut query, &mut self.0)
-                }
+                unsafe { compat::$intersect(valid.0.as_ptr(), scene.handle(), &mut query, &mut self.0) }
             }
         }
 
@@ -170,9 +168,7 @@ macro_rules! packets {
             fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence) {
                 let (valid, mut query) = (Valid::first(lanes), Query::new(coherence));
                 // SAFETY: as in `HitPacket::trace`.
-                unsafe {
-                    compat::$occluded(valid.0.as_ptr(), scene.handle(), &mut query, &mut self.0)
-                }
+                unsafe { compat::$occluded(valid.0.as_ptr(), scene.handle(), &mut query, &mut self.0) }
             }
         }
     };

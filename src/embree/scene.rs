@@ -44,13 +44,8 @@ impl SceneBuilder {
         // SAFETY: the device is live; a null scene is caught by `check`.
         let handle = unsafe { sys::rtcNewScene(device.handle()) };
         device.check("making a scene")?;
-        let scene = Scene {
-            handle,
-            device: device.clone(),
-            meshes: Vec::new(),
-            filters: Vec::new(),
-            instanced: Vec::new(),
-        };
+        let scene =
+            Scene { handle, device: device.clone(), meshes: Vec::new(), filters: Vec::new(), instanced: Vec::new() };
         let flags = if robust { sys::RTC_SCENE_FLAG_ROBUST } else { sys::RTC_SCENE_FLAG_NONE };
         // SAFETY: the scene is live.
         unsafe { sys::rtcSetSceneFlags(handle, flags) };
@@ -62,44 +57,20 @@ impl SceneBuilder {
     /// # Errors
     /// Where an index is out of range, or where `positions` has no spare capacity: Embree reads vertices with
     /// 16-byte loads, four bytes past the last one.
-    pub fn add_mesh(
-        &mut self,
-        mesh: Arc<Mesh>,
-        opacity: Option<Box<dyn OpacityTest>>,
-    ) -> Result<u32> {
+    pub fn add_mesh(&mut self, mesh: Arc<Mesh>, opacity: Option<Box<dyn OpacityTest>>) -> Result<u32> {
         check_mesh(&mesh)?;
         let device = self.scene.device.clone();
         // SAFETY: the device is live.
-        let geometry =
-            unsafe { sys::rtcNewGeometry(device.handle(), sys::RTC_GEOMETRY_TYPE_TRIANGLE) };
+        let geometry = unsafe { sys::rtcNewGeometry(device.handle(), sys::RTC_GEOMETRY_TYPE_TRIANGLE) };
         device.check("making a mesh")?;
         // SAFETY: both buffers belong to `mesh`, which this scene keeps until after its release; indices are in
         // range, and the last vertex is followed by readable memory (both checked above).
         unsafe {
             let (float3, uint3) = (sys::RTC_FORMAT_FLOAT3, sys::RTC_FORMAT_UINT3);
-            let (vertices, triangles) =
-                (mesh.positions.as_ptr().cast(), mesh.triangles.as_ptr().cast());
+            let (vertices, triangles) = (mesh.positions.as_ptr().cast(), mesh.triangles.as_ptr().cast());
             let (vertex, index) = (sys::RTC_BUFFER_TYPE_VERTEX, sys::RTC_BUFFER_TYPE_INDEX);
-            sys::rtcSetSharedGeometryBuffer(
-                geometry,
-                vertex,
-                0,
-                float3,
-                vertices,
-                0,
-                12,
-                mesh.positions.len(),
-            );
-            sys::rtcSetSharedGeometryBuffer(
-                geometry,
-                index,
-                0,
-                uint3,
-                triangles,
-                0,
-                12,
-                mesh.triangles.len(),
-            );
+            sys::rtcSetSharedGeometryBuffer(geometry, vertex, 0, float3, vertices, 0, 12, mesh.positions.len());
+            sys::rtcSetSharedGeometryBuffer(geometry, index, 0, uint3, triangles, 0, 12, mesh.triangles.len());
         }
         if let Some(test) = opacity {
             let test = Box::new(Filter(test));
@@ -125,12 +96,7 @@ impl SceneBuilder {
         let geometry = unsafe {
             let geometry = sys::rtcNewGeometry(device.handle(), sys::RTC_GEOMETRY_TYPE_INSTANCE);
             sys::rtcSetGeometryInstancedScene(geometry, instance.scene.handle);
-            sys::rtcSetGeometryTransform(
-                geometry,
-                0,
-                sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR,
-                m.as_ptr().cast(),
-            );
+            sys::rtcSetGeometryTransform(geometry, 0, sys::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m.as_ptr().cast());
             geometry
         };
         self.scene.instanced.push(instance.scene);
@@ -176,10 +142,7 @@ impl Scene {
         let mut b = sys::RTCBounds::default();
         // SAFETY: the scene is committed; the struct is bindgen's own and so aligned.
         unsafe { sys::rtcGetSceneBounds(self.handle, &mut b) };
-        let (low, high) = (
-            Vec3::new(b.lower_x, b.lower_y, b.lower_z),
-            Vec3::new(b.upper_x, b.upper_y, b.upper_z),
-        );
+        let (low, high) = (Vec3::new(b.lower_x, b.lower_y, b.lower_z), Vec3::new(b.upper_x, b.upper_y, b.upper_z));
         low.cmple(high).all().then_some((low, high))
     }
 
@@ -203,15 +166,11 @@ impl Drop for Scene {
 
 fn check_mesh(mesh: &Mesh) -> Result<()> {
     if mesh.positions.capacity() == mesh.positions.len() {
-        return Err(Error::Scene(
-            "a mesh's positions need spare capacity for one more vertex".into(),
-        ));
+        return Err(Error::Scene("a mesh's positions need spare capacity for one more vertex".into()));
     }
     let n = mesh.positions.len() as u32;
     match mesh.triangles.iter().position(|t| t.iter().any(|&i| i >= n)) {
-        Some(k) => Err(Error::Scene(format!(
-            "triangle {k} of a mesh has an index outside of its {n} vertices"
-        ))),
+        Some(k) => Err(Error::Scene(format!("triangle {k} of a mesh has an index outside of its {n} vertices"))),
         None => Ok(()),
     }
 }

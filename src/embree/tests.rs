@@ -11,11 +11,7 @@ fn bumpy_ball(n: u32) -> Arc<Mesh> {
         for j in 0..=n {
             let (theta, phi) = (i as f32 / n as f32 * 3.14159, j as f32 / n as f32 * 6.28318);
             let r = 1.0 + 0.1 * (7.0 * theta).sin() * (5.0 * phi).cos();
-            mesh.positions.push([
-                r * theta.sin() * phi.cos(),
-                r * theta.cos(),
-                r * theta.sin() * phi.sin(),
-            ]);
+            mesh.positions.push([r * theta.sin() * phi.cos(), r * theta.cos(), r * theta.sin() * phi.sin()]);
         }
     }
     for i in 0..n {
@@ -48,8 +44,7 @@ fn random_rays(n: usize) -> Vec<Ray> {
 
 fn batch_agrees<P: HitPacket, S: ShadowPacket>(coherence: Coherence) {
     let (scene, rays) = (ball_scene(), random_rays(1003));
-    let (mut hits, mut shadows) =
-        (HitBatch::<P>::with_capacity(8), ShadowBatch::<S>::with_capacity(8));
+    let (mut hits, mut shadows) = (HitBatch::<P>::with_capacity(8), ShadowBatch::<S>::with_capacity(8));
     // a first, longer wave leaves stale lanes behind
     rays.iter().chain(&rays).for_each(|ray| hits.push(ray));
     hits.trace(&scene, coherence);
@@ -64,11 +59,7 @@ fn batch_agrees<P: HitPacket, S: ShadowPacket>(coherence: Coherence) {
     assert!((300..1000).contains(&found), "{found} hits: the rays do not test much");
     for (i, ray) in rays.iter().enumerate() {
         let (one, many) = (scene.intersect(ray), hits.hit(i));
-        assert_eq!(
-            one.map(|h| (h.primitive, h.geometry)),
-            many.map(|h| (h.primitive, h.geometry)),
-            "ray {i}"
-        );
+        assert_eq!(one.map(|h| (h.primitive, h.geometry)), many.map(|h| (h.primitive, h.geometry)), "ray {i}");
         assert_eq!(one.is_some(), shadows.occluded(i), "shadow ray {i}");
         assert_eq!(one.is_some(), scene.occluded(ray));
     }
@@ -86,14 +77,10 @@ fn hits_lie_on_the_triangle_they_name() {
     let (scene, mesh) = (ball_scene(), bumpy_ball(64));
     for ray in random_rays(1000) {
         let Some(hit) = scene.intersect(&ray) else { continue };
-        let [a, b, c] =
-            mesh.triangles[hit.primitive as usize].map(|i| Vec3::from(mesh.positions[i as usize]));
+        let [a, b, c] = mesh.triangles[hit.primitive as usize].map(|i| Vec3::from(mesh.positions[i as usize]));
         let on_triangle = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
         assert!((on_triangle - (ray.org + ray.dir * hit.t)).length() < 1e-5);
-        assert!(
-            hit.ng.normalize().dot((b - a).cross(c - a).normalize()) > 0.999,
-            "the normal follows the winding"
-        );
+        assert!(hit.ng.normalize().dot((b - a).cross(c - a).normalize()) > 0.999, "the normal follows the winding");
     }
 }
 
@@ -105,15 +92,13 @@ fn a_see_through_mesh_lets_rays_pass_where_its_test_says() {
             u < 0.5
         }
     }
-    let mut mesh =
-        Mesh { positions: vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], ..Mesh::default() };
+    let mut mesh = Mesh { positions: vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], ..Mesh::default() };
     mesh.triangles.push([0, 1, 2]);
     mesh.positions.reserve(1);
     let mut builder = SceneBuilder::new(&Device::new(1).unwrap(), false).unwrap();
     builder.add_mesh(Arc::new(mesh), Some(Box::new(LeftHalf))).unwrap();
     let scene = builder.commit().unwrap();
-    let (mut hits, mut shadows) =
-        (HitBatch::<Packet16>::with_capacity(16), ShadowBatch::<Shadow16>::with_capacity(16));
+    let (mut hits, mut shadows) = (HitBatch::<Packet16>::with_capacity(16), ShadowBatch::<Shadow16>::with_capacity(16));
     let ray = |x: f32| Ray { org: Vec3::new(x, 0.1, 1.0), dir: Vec3::NEG_Z, tfar: 10.0 };
     for i in 0..16 {
         hits.push(&ray(i as f32 / 20.0 + 0.01));
@@ -135,10 +120,7 @@ fn instances_share_a_mesh_and_are_told_apart() {
     inner.add_mesh(bumpy_ball(16), None).unwrap();
     let inner = Arc::new(inner.commit().unwrap());
     let mut outer = SceneBuilder::new(&device, false).unwrap();
-    let place = |x: f32| Instance {
-        scene: inner.clone(),
-        to_world: Affine3A::from_translation(Vec3::X * x),
-    };
+    let place = |x: f32| Instance { scene: inner.clone(), to_world: Affine3A::from_translation(Vec3::X * x) };
     let ids = [-3.0, 3.0].map(|x| outer.add_instance(place(x)).unwrap());
     let scene = outer.commit().unwrap();
     for (x, id) in [-3.0, 3.0].into_iter().zip(ids) {
@@ -160,8 +142,7 @@ fn all_memory_is_given_back() {
 
 #[test]
 fn a_mesh_that_would_be_read_out_of_bounds_is_refused() {
-    let mut mesh =
-        Mesh { positions: Vec::with_capacity(4), triangles: vec![[0, 1, 3]], ..Mesh::default() };
+    let mut mesh = Mesh { positions: Vec::with_capacity(4), triangles: vec![[0, 1, 3]], ..Mesh::default() };
     mesh.positions.extend([[0.0; 3]; 3]);
     let device = Device::new(1).unwrap();
     let mut builder = SceneBuilder::new(&device, false).unwrap();

@@ -105,7 +105,10 @@ impl Film {
     pub fn develop(&self) -> Estimate {
         let mut film = self.clone();
         // a rest too small to be weighed by its own variance joins only where there is nothing else
-        if film.group.samples >= MIN_GROUP || film.weight[0] + film.weight[1] == 0.0 || film.combine != Combine::InverseVariance {
+        if film.group.samples >= MIN_GROUP
+            || film.weight[0] + film.weight[1] == 0.0
+            || film.combine != Combine::InverseVariance
+        {
             film.close_group();
         }
         let (width, pixels) = (self.width as usize, self.mean.len());
@@ -232,7 +235,8 @@ mod tests {
                 add_noise(&mut film, spp, 1.0, &mut rng);
             }
             let estimate = film.develop();
-            let (claimed, real) = (estimate.variance.iter().map(|v| v.x).sum::<f32>() / 4096.0, mean_square_error(&estimate));
+            let (claimed, real) =
+                (estimate.variance.iter().map(|v| v.x).sum::<f32>() / 4096.0, mean_square_error(&estimate));
             // 4096 pixels: the error of a variance estimated from them is √(2/4096) = 2.2 %
             assert!((claimed / real - 1.0).abs() < 0.1, "{combine:?}: {claimed} claimed, {real} seen");
         }
@@ -255,7 +259,8 @@ mod tests {
     fn a_black_film_stays_black_and_finite() {
         let mut film = Film::new(8, 8, Combine::InverseVariance);
         let t = task(8);
-        let black = || BatchResult { sum: vec![Rgb::ZERO; 64], sum_squares: vec![Rgb::ZERO; 64], ..BatchResult::default() };
+        let black =
+            || BatchResult { sum: vec![Rgb::ZERO; 64], sum_squares: vec![Rgb::ZERO; 64], ..BatchResult::default() };
         for _ in 0..16 {
             film.add(&t, &black());
         }

@@ -14,17 +14,11 @@ use tempfile::NamedTempFile;
 ///
 /// # Errors
 /// [`Error::Io`] about `path`: no such folder, no permission, full disk, or what `write` returned.
-pub fn write_atomically(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<()> {
+pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     write_or_undo(path, write).map_err(Error::io(path))
 }
 
-fn write_or_undo(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> io::Result<()> {
+fn write_or_undo(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let target = follow_link(path)?;
     let existing = match std::fs::metadata(&target) {
         Ok(existing) => Some(existing),
@@ -33,9 +27,7 @@ fn write_or_undo(
     };
     match &existing {
         Some(existing) if existing.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
-        Some(existing) if !existing.is_file() => {
-            fill(&OpenOptions::new().write(true).open(&target)?, write)
-        }
+        Some(existing) if !existing.is_file() => fill(&OpenOptions::new().write(true).open(&target)?, write),
         _ => {
             let file = temporary_beside(&target, existing.as_ref())?;
             fill(file.as_file(), write)?;

@@ -12,18 +12,12 @@ pub(crate) const MAX_SIDE: u64 = 1 << 16;
 /// The panic hook still sees the panic.
 pub(crate) fn contain<T>(path: &Path, decode: impl FnOnce() -> Result<T>) -> Result<T> {
     // What `decode` borrows is not looked at again after a panic, so no broken state is seen.
-    catch_unwind(AssertUnwindSafe(decode))
-        .unwrap_or_else(|_| Err(Error::file(path, "damaged: the decoder gave up")))
+    catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err(Error::file(path, "damaged: the decoder gave up")))
 }
 
 /// Refuses pictures that no renderer needs, before memory is taken for them.
 /// `bytes` is what the decoded picture takes, `max_bytes` what it may take.
-pub(crate) fn check_size(
-    path: &Path,
-    (width, height): (u64, u64),
-    bytes: u64,
-    max_bytes: u64,
-) -> Result<()> {
+pub(crate) fn check_size(path: &Path, (width, height): (u64, u64), bytes: u64, max_bytes: u64) -> Result<()> {
     if width == 0 || height == 0 {
         return Err(Error::file(path, "the picture is empty"));
     }

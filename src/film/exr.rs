@@ -76,16 +76,9 @@ pub fn write(path: &Path, window: &Window, layers: Vec<Layer>, metadata: &Metada
 }
 
 /// The bytes of the file, or what cannot be stored.
-fn encode(
-    window: &Window,
-    layers: Vec<Layer>,
-    metadata: &Metadata,
-) -> std::result::Result<Vec<u8>, String> {
+fn encode(window: &Window, layers: Vec<Layer>, metadata: &Metadata) -> std::result::Result<Vec<u8>, String> {
     let picture = file::Image {
-        attributes: ImageAttributes::new(IntegerBounds::from_dimensions((
-            window.width,
-            window.height,
-        ))),
+        attributes: ImageAttributes::new(IntegerBounds::from_dimensions((window.width, window.height))),
         layer_data: file::Layer {
             channel_data: channels(window, layers)?,
             attributes: LayerAttributes {
@@ -132,9 +125,7 @@ fn channels(window: &Window, layers: Vec<Layer>) -> std::result::Result<FlatChan
     Ok(file::AnyChannels::sort(list.into_iter().collect()))
 }
 
-fn attributes(
-    metadata: &Metadata,
-) -> std::result::Result<std::collections::HashMap<Text, AttributeValue>, String> {
+fn attributes(metadata: &Metadata) -> std::result::Result<std::collections::HashMap<Text, AttributeValue>, String> {
     let samples = i32::try_from(metadata.samples_per_pixel)
         .map_err(|_| "the number of samples per pixel is too large for this format".to_owned())?;
     let own = [
@@ -166,9 +157,7 @@ impl From<Attribute> for AttributeValue {
     fn from(attribute: Attribute) -> AttributeValue {
         match attribute {
             // Strings of the format are UTF-8, which the crate's own conversions from `str` do not write.
-            Attribute::Text(text) => {
-                AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes()))
-            }
+            Attribute::Text(text) => AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes())),
             Attribute::Int(value) => AttributeValue::I32(value),
             Attribute::Float(value) => AttributeValue::F32(value),
         }
@@ -179,9 +168,7 @@ impl Attribute {
     /// `None` for the kinds of attributes that Phototaxis has no use for.
     fn from_file(value: &AttributeValue) -> Option<Attribute> {
         match value {
-            AttributeValue::Text(text) => {
-                Some(Attribute::Text(String::from_utf8_lossy(text.as_slice()).into_owned()))
-            }
+            AttributeValue::Text(text) => Some(Attribute::Text(String::from_utf8_lossy(text.as_slice()).into_owned())),
             AttributeValue::I32(value) => Some(Attribute::Int(*value)),
             AttributeValue::F32(value) => Some(Attribute::Float(*value)),
             _ => None,

@@ -17,10 +17,8 @@ pub(crate) mod tests {
 
     /// Files below the folder of scenes whose names end with `suffix`; `None`, after saying so, where there is no such folder.
     pub(crate) fn scene_files(suffix: &str) -> Option<Vec<PathBuf>> {
-        let root = std::env::var_os("PHOTOTAXIS_SCENES").map_or_else(
-            || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"),
-            PathBuf::from,
-        );
+        let root = std::env::var_os("PHOTOTAXIS_SCENES")
+            .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"), PathBuf::from);
         if !root.is_dir() {
             eprintln!("SKIPPED: no folder of scenes at {}", root.display());
             return None;

@@ -19,9 +19,7 @@ pub fn write(path: &Path, image: &Image, exposure: f32) -> Result<()> {
     };
     let bytes = quantise(image, exposure);
     write_atomically(path, |file| {
-        PngEncoder::new(file)
-            .write_image(&bytes, width, height, ExtendedColorType::Rgb8)
-            .map_err(into_io)
+        PngEncoder::new(file).write_image(&bytes, width, height, ExtendedColorType::Rgb8).map_err(into_io)
     })
 }
 

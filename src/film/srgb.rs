@@ -14,8 +14,7 @@ pub fn decode(stored: f32) -> f32 {
 }
 
 /// [`decode`] of i/255 for every 8-bit value i.
-pub static DECODE_8: LazyLock<[f32; 256]> =
-    LazyLock::new(|| std::array::from_fn(|i| decode(i as f32 / 255.0)));
+pub static DECODE_8: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| decode(i as f32 / 255.0)));
 
 /// [`decode`] of i/65535 for every 16-bit value i.
 pub static DECODE_16: LazyLock<Vec<f32>> =

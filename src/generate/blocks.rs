@@ -127,20 +127,12 @@ impl Builder {
                 i => (planes[i - 1] + planes[i]) / 2.0,
             }
         };
-        let at = |i: usize| {
-            DVec3::from_array([0, 1, 2].map(|a| if a == axis { across(i) } else { middle(a) }))
-        };
+        let at = |i: usize| DVec3::from_array([0, 1, 2].map(|a| if a == axis { across(i) } else { middle(a) }));
         (at(cell[axis]), at(cell[axis] + 1))
     }
 
     /// Adds the lower face of `cell` across `axis`; it faces up the axis if what is below is solid.
-    fn face(
-        &mut self,
-        cell: [usize; 3],
-        axis: usize,
-        up: bool,
-        material: &impl Fn(DVec3, DVec3) -> &'static str,
-    ) {
+    fn face(&mut self, cell: [usize; 3], axis: usize, up: bool, material: &impl Fn(DVec3, DVec3) -> &'static str) {
         let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
         let mut corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(du, dv)| {
             let mut corner = cell;
@@ -156,9 +148,7 @@ impl Builder {
         let normal = DVec3::AXES[axis] * if up { 1.0 } else { -1.0 };
         let material = material(centre, normal);
         let [a, b, c, d] = corners;
-        self.shape
-            .triangles
-            .extend([[a, b, c], [a, c, d]].map(|corners| Triangle { corners, material }));
+        self.shape.triangles.extend([[a, b, c], [a, c, d]].map(|corners| Triangle { corners, material }));
     }
 
     fn vertex(&mut self, at: [usize; 3]) -> u32 {

@@ -68,8 +68,8 @@ fn room() -> Shape {
     let p = DVec3::new;
     let floor = [p(far, 0., far), p(far, 0., near), p(near, 0., near), p(near, 0., far)];
     let ceiling = floor.map(|corner| corner + DVec3::Y * TOP);
-    let light = [(-1., -1.), (-1., 1.), (1., 1.), (1., -1.)]
-        .map(|(x, z): (f64, f64)| p(x * LIGHT[0], TOP, z * LIGHT[1]));
+    let light =
+        [(-1., -1.), (-1., 1.), (1., 1.), (1., -1.)].map(|(x, z): (f64, f64)| p(x * LIGHT[0], TOP, z * LIGHT[1]));
     let wall = |i: usize, j: usize| [floor[i], floor[j], ceiling[j], ceiling[i]];
     let trapezia = [0, 1, 2, 3].map(|i| {
         let j = (i + 1) % 4;

@@ -33,11 +33,8 @@ const EYE: DVec3 = DVec3::new(0.3, 1.45, 4.3);
 const TARGET: DVec3 = DVec3::new(0.05, 1.0, 0.6);
 
 pub fn scene() -> SceneFiles {
-    let model = Model {
-        about: "two rooms, a lamp in the far one, a door ajar",
-        objects: objects(),
-        materials: materials(),
-    };
+    let model =
+        Model { about: "two rooms, a lamp in the far one, a door ajar", objects: objects(), materials: materials() };
     SceneFiles { toml: toml(), model }
 }
 
@@ -116,15 +113,12 @@ fn building_material(centre: DVec3, normal: DVec3) -> &'static str {
 /// From the door's frame (hinge on the y axis, the leaf towards −x, 4 cm thick about z = 0) to the building's. The
 /// hinge is at the right jamb; the free edge stands in the near room.
 fn door_to_building() -> DAffine3 {
-    DAffine3::from_translation(DVec3::new(JAMBS[1] - 0.004, 0.0, -0.02))
-        * DAffine3::from_rotation_y(AJAR.to_radians())
+    DAffine3::from_translation(DVec3::new(JAMBS[1] - 0.004, 0.0, -0.02)) * DAffine3::from_rotation_y(AJAR.to_radians())
 }
 
 /// A thin closed slab with six panels sunk into it, alike on both sides.
 fn door() -> Shape {
-    let slab = |min: [f64; 2], max: [f64; 2], half: f64| {
-        cuboid([min[0], min[1], -half], [max[0], max[1], half])
-    };
+    let slab = |min: [f64; 2], max: [f64; 2], half: f64| cuboid([min[0], min[1], -half], [max[0], max[1], half]);
     let mut leaf = Blocks::in_air().fill(slab([-0.885, 0.006], [0.0, 2.044], 0.02));
     for (low, high) in [(0.16, 0.66), (0.78, 1.42), (1.54, 1.92)] {
         for (left, right) in [(-0.785, -0.495), (-0.39, -0.1)] {
@@ -174,10 +168,7 @@ fn picture() -> Shape {
     let (frame, canvas) = (0.05, 0.012);
     Blocks::in_air()
         .fill(cuboid([min[0], min[1], -0.005], [max[0], max[1], 0.035]))
-        .carve(cuboid(
-            [min[0] + frame, min[1] + frame, canvas],
-            [max[0] - frame, max[1] - frame, 0.035],
-        ))
+        .carve(cuboid([min[0] + frame, min[1] + frame, canvas], [max[0] - frame, max[1] - frame, 0.035]))
         .cut(0, [-1.0, -0.82, -0.5])
         .cut(1, [1.5, 1.62, 1.85])
         .surface(move |centre, normal| match centre {

@@ -23,10 +23,7 @@ use std::path::{Path, PathBuf};
 
 const SCENES: [(&str, &str); 4] = [
     ("door", "two rooms and a door ajar: all that is seen is lit through the gap"),
-    (
-        "wall",
-        "a room cut in two: one half lit directly, the other only by what comes round the wall",
-    ),
+    ("wall", "a room cut in two: one half lit directly, the other only by what comes round the wall"),
     ("cornell", "a small box under a large light, where guiding can gain little"),
     ("furnace", "a closed glowing sphere whose radiance is known: 2 everywhere"),
 ];
@@ -50,8 +47,7 @@ pub fn scenes() -> &'static [(&'static str, &'static str)] {
 pub fn generate(name: &str, dir: &Path) -> Result<Vec<PathBuf>> {
     let files = make(name)?;
     std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
-    let texts =
-        [("toml", files.toml), ("obj", files.model.obj(name)), ("mtl", files.model.mtl(name))];
+    let texts = [("toml", files.toml), ("obj", files.model.obj(name)), ("mtl", files.model.mtl(name))];
     texts
         .into_iter()
         .map(|(extension, text)| {

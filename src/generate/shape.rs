@@ -75,12 +75,8 @@ impl Shape {
         let offset = self.positions.len() as u32;
         self.positions.extend(other.positions);
         self.normals.extend(other.normals);
-        self.triangles.extend(
-            other
-                .triangles
-                .into_iter()
-                .map(|t| Triangle { corners: t.corners.map(|i| i + offset), ..t }),
-        );
+        self.triangles
+            .extend(other.triangles.into_iter().map(|t| Triangle { corners: t.corners.map(|i| i + offset), ..t }));
         self
     }
 }

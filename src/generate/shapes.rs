@@ -30,11 +30,7 @@ pub fn icosphere(frequency: u32, material: &'static str) -> Shape {
 }
 
 /// An icosphere pushed out along its radii: `radius` of each unit direction; smooth.
-pub fn displaced_sphere(
-    frequency: u32,
-    material: &'static str,
-    radius: impl Fn(DVec3) -> f64,
-) -> Shape {
+pub fn displaced_sphere(frequency: u32, material: &'static str, radius: impl Fn(DVec3) -> f64) -> Shape {
     let mut shape = icosphere(frequency, material);
     shape.positions.iter_mut().for_each(|p| *p *= radius(*p));
     shape.smooth()
@@ -57,9 +53,7 @@ const ICOSAHEDRON_FACES: [[usize; 3]; 20] = {
 /// North pole, ring of five, ring of five turned by half a step, south pole.
 fn icosahedron_corners() -> Vec<DVec3> {
     let (y, r) = (1.0 / 5f64.sqrt(), 2.0 / 5f64.sqrt());
-    let ring = |y: f64, offset: f64| {
-        (0..5).map(move |i| around_y(r, (i as f64 + offset) / 5.0 * TAU) + DVec3::Y * y)
-    };
+    let ring = |y: f64, offset: f64| (0..5).map(move |i| around_y(r, (i as f64 + offset) / 5.0 * TAU) + DVec3::Y * y);
     let poles = [DVec3::Y, DVec3::NEG_Y];
     [poles[0]].into_iter().chain(ring(y, 0.0)).chain(ring(-y, 0.5)).chain([poles[1]]).collect()
 }

@@ -84,13 +84,9 @@ pub fn pumpkin(skin: &'static str, stem: &'static str) -> Shape {
         let wart: f64 = bumps.iter().map(|b| ((d.dot(*b) - 1.0) / 0.0022).exp()).sum();
         0.125 * (0.88 + 0.12 * ribs * equator - 0.28 * hollow + 0.035 * wart * equator)
     };
-    let flatten = DAffine3::from_scale_rotation_translation(
-        DVec3::new(1.0, 0.8, 1.0),
-        glam::DQuat::IDENTITY,
-        DVec3::Y * 0.084,
-    );
-    let stalk =
-        [(0.0, 0.12, 0.02), (0.002, 0.15, 0.012), (0.012, 0.175, 0.01), (0.03, 0.188, 0.012)];
+    let flatten =
+        DAffine3::from_scale_rotation_translation(DVec3::new(1.0, 0.8, 1.0), glam::DQuat::IDENTITY, DVec3::Y * 0.084);
+    let stalk = [(0.0, 0.12, 0.02), (0.002, 0.15, 0.012), (0.012, 0.175, 0.01), (0.03, 0.188, 0.012)];
     displaced_sphere(18, skin, radius).transformed(&flatten).with(tube(
         &spline(&stalk.map(DVec3::from), 4),
         0.004,

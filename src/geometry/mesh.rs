@@ -28,9 +28,10 @@ impl Mesh {
     #[inline]
     pub fn uv(&self, triangle: usize, u: f32, v: f32) -> [f32; 2] {
         let w = 1.0 - u - v;
-        self.uvs.as_ref().and_then(|uvs| uvs.corners(triangle)).map_or([u, v], |corner| {
-            [0, 1].map(|k| w * corner[0][k] + u * corner[1][k] + v * corner[2][k])
-        })
+        self.uvs
+            .as_ref()
+            .and_then(|uvs| uvs.corners(triangle))
+            .map_or([u, v], |corner| [0, 1].map(|k| w * corner[0][k] + u * corner[1][k] + v * corner[2][k]))
     }
 }
 

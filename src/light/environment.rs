@@ -51,13 +51,7 @@ impl Environment {
     ///
     /// An error where the picture has another size than it says or fewer than two rows, where a number is infinite or
     /// undefined, and where `to_world` scales or shears.
-    pub fn new(
-        width: u32,
-        height: u32,
-        pixels: Vec<Rgb>,
-        scale: Rgb,
-        to_world: Affine3A,
-    ) -> Result<Environment> {
+    pub fn new(width: u32, height: u32, pixels: Vec<Rgb>, scale: Rgb, to_world: Affine3A) -> Result<Environment> {
         if width == 0 || height < 2 || pixels.len() as u64 != width as u64 * height as u64 {
             let n = pixels.len();
             return Err(fault(format!("{n} pixels for {width} × {height}; at least 1 × 2 needed")));
@@ -141,8 +135,7 @@ impl Environment {
             let right = |column: usize| (column + 1) % self.width;
             // the mean of two corners: radiance is linear in u, and dω does not depend on it
             let mean = |values: &[f64], i: usize| 0.5 * (values[i] + values[right(i)]);
-            let weights: Vec<f64> =
-                (0..self.width).map(|i| a * mean(&upper, i) + b * mean(&lower, i)).collect();
+            let weights: Vec<f64> = (0..self.width).map(|i| a * mean(&upper, i) + b * mean(&lower, i)).collect();
             sums.push(weights.iter().sum::<f64>());
             self.cells.push(AliasTable::new(&weights));
             self.inverse_solid_angle.push(1.0 / (a + b));

@@ -29,11 +29,7 @@ impl Lights {
     /// `scene_radius`: of a sphere around all surfaces, which sets how far lights at infinity compare with near ones.
     /// Triangles without area or radiance are left out. An error where a number is negative, infinite or undefined, or
     /// where a triangle is named twice.
-    pub fn build(
-        triangles: &[EmissiveTriangle],
-        others: Vec<Light>,
-        scene_radius: f32,
-    ) -> Result<Lights> {
+    pub fn build(triangles: &[EmissiveTriangle], others: Vec<Light>, scene_radius: f32) -> Result<Lights> {
         if !(scene_radius.is_finite() && scene_radius >= 0.0) {
             return Err(Error::Scene(format!("the scene has the radius {scene_radius}")));
         }
@@ -75,16 +71,14 @@ impl Lights {
             None => self.sample_triangle(index, p, u),
             Some(k) => match &self.others[k] {
                 Light::Point { position, intensity } => sample_point(p, *position, *intensity, pmf),
-                Light::Directional { direction, irradiance } => {
-                    Some(far_sample(-*direction, *irradiance, pmf, true))
-                }
+                Light::Directional { direction, irradiance } => Some(far_sample(-*direction, *irradiance, pmf, true)),
                 Light::Constant { radiance } => {
                     let wi = warp::square_to_uniform_sphere(u);
                     Some(self.with_others(k, wi, *radiance, pmf * warp::UNIFORM_SPHERE_PDF))
                 }
-                Light::Environment(environment) => environment
-                    .sample(rest, u)
-                    .map(|(wi, radiance, pdf)| self.with_others(k, wi, radiance, pmf * pdf)),
+                Light::Environment(environment) => {
+                    environment.sample(rest, u).map(|(wi, radiance, pdf)| self.with_others(k, wi, radiance, pmf * pdf))
+                }
             },
         };
         sample.filter(|s| s.pdf > 0.0 && s.pdf.is_finite() && s.radiance.is_finite())

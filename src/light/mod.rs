@@ -113,9 +113,7 @@ fn check_light(colour: Rgb, usable: bool, what: &str) -> Result<()> {
     if usable && colour.is_finite() && colour.min_element() >= 0.0 {
         Ok(())
     } else {
-        Err(Error::Scene(format!(
-            "{what} has a negative, infinite or undefined number, or no direction"
-        )))
+        Err(Error::Scene(format!("{what} has a negative, infinite or undefined number, or no direction")))
     }
 }
 

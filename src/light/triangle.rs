@@ -85,11 +85,7 @@ impl AreaLight {
 
     /// Radiance leaving along `wo` (unit, away from the light).
     pub fn radiance(&self, wo: Vec3) -> Rgb {
-        if self.emitting_cosine(self.normal.dot(wo) as f64) > 0.0 {
-            self.radiance
-        } else {
-            Rgb::ZERO
-        }
+        if self.emitting_cosine(self.normal.dot(wo) as f64) > 0.0 { self.radiance } else { Rgb::ZERO }
     }
 
     fn emitting_cosine(&self, cos: f64) -> f64 {

@@ -26,8 +26,7 @@ impl AliasTable {
         let pmf: Vec<f64> = weights.iter().map(|w| w / sum).collect();
         let mut scaled: Vec<f64> = pmf.iter().map(|p| p * n as f64).collect();
         let mut bins = vec![Bin { keep: 1.0, alias: 0 }; n];
-        let (mut small, mut large): (Vec<usize>, Vec<usize>) =
-            (0..n).partition(|&i| scaled[i] < 1.0);
+        let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| scaled[i] < 1.0);
         while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
             small.pop();
             bins[s] = Bin { keep: scaled[s] as f32, alias: l as u32 };
@@ -39,14 +38,9 @@ impl AliasTable {
         }
         for i in small.into_iter().chain(large) {
             // Rounding leaves a few bins over; a bin without weight must still never be drawn.
-            bins[i] = if pmf[i] > 0.0 {
-                Bin { keep: 1.0, alias: i as u32 }
-            } else {
-                Bin { keep: 0.0, alias: 0 }
-            };
+            bins[i] = if pmf[i] > 0.0 { Bin { keep: 1.0, alias: i as u32 } } else { Bin { keep: 0.0, alias: 0 } };
             if pmf[i] == 0.0 {
-                bins[i].alias =
-                    pmf.iter().position(|&p| p > 0.0).expect("the sum is positive") as u32;
+                bins[i].alias = pmf.iter().position(|&p| p > 0.0).expect("the sum is positive") as u32;
             }
         }
         Some(AliasTable { bins, pmf: pmf.into_iter().map(|p| p as f32).collect() })
@@ -62,10 +56,7 @@ impl AliasTable {
         if rest < bin.keep {
             (i, (rest / bin.keep).min(super::ONE_MINUS_EPSILON))
         } else {
-            (
-                bin.alias as usize,
-                ((rest - bin.keep) / (1.0 - bin.keep)).min(super::ONE_MINUS_EPSILON),
-            )
+            (bin.alias as usize, ((rest - bin.keep) / (1.0 - bin.keep)).min(super::ONE_MINUS_EPSILON))
         }
     }
 
@@ -77,11 +68,7 @@ impl AliasTable {
         let i = (scaled as usize).min(self.bins.len() - 1);
         let rest = (scaled - i as f64).clamp(0.0, super::ONE_MINUS_EPSILON_F64);
         let (keep, alias) = (self.bins[i].keep as f64, self.bins[i].alias);
-        let (index, rest) = if rest < keep {
-            (i, rest / keep)
-        } else {
-            (alias as usize, (rest - keep) / (1.0 - keep))
-        };
+        let (index, rest) = if rest < keep { (i, rest / keep) } else { (alias as usize, (rest - keep) / (1.0 - keep)) };
         (index, rest.min(super::ONE_MINUS_EPSILON_F64))
     }
 

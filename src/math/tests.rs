@@ -106,8 +106,7 @@ fn alias_counts(table: &AliasTable, rng: &mut Rng, n: u64) -> Vec<u64> {
 #[test]
 fn alias_tables_follow_their_weights() {
     let mut rng = Rng::new(22);
-    let uneven: Vec<f64> =
-        (0..100).map(|i| if i % 7 == 0 { 0.0 } else { (i * i) as f64 }).collect();
+    let uneven: Vec<f64> = (0..100).map(|i| if i % 7 == 0 { 0.0 } else { (i * i) as f64 }).collect();
     for weights in [vec![1.0], vec![3.0, 1.0], vec![0.0, 1e-3, 0.0, 5.0], vec![0.25; 12], uneven] {
         let table = AliasTable::new(&weights).unwrap();
         let sum: f64 = weights.iter().sum();

@@ -13,11 +13,7 @@ pub fn square_to_disk(u: [f32; 2]) -> Vec2 {
     if x == 0.0 && y == 0.0 {
         return Vec2::ZERO;
     }
-    let (r, phi) = if x * x > y * y {
-        (x, FRAC_PI_4 * (y / x))
-    } else {
-        (y, 2.0 * FRAC_PI_4 - FRAC_PI_4 * (x / y))
-    };
+    let (r, phi) = if x * x > y * y { (x, FRAC_PI_4 * (y / x)) } else { (y, 2.0 * FRAC_PI_4 - FRAC_PI_4 * (x / y)) };
     let (sin, cos) = phi.sin_cos();
     Vec2::new(r * cos, r * sin)
 }
@@ -36,11 +32,7 @@ pub fn disk_to_square(p: Vec2) -> [f32; 2] {
         0.0
     });
     let minor = r * angle / FRAC_PI_4;
-    let (x, y) = if ax > ay {
-        (r.copysign(p.x), minor.copysign(p.y))
-    } else {
-        (minor.copysign(p.x), r.copysign(p.y))
-    };
+    let (x, y) = if ax > ay { (r.copysign(p.x), minor.copysign(p.y)) } else { (minor.copysign(p.x), r.copysign(p.y)) };
     let to_unit = |v: f32| (0.5 * (v + 1.0)).clamp(0.0, super::ONE_MINUS_EPSILON);
     [to_unit(x), to_unit(y)]
 }

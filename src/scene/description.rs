@@ -168,7 +168,7 @@ pub enum ScalarTexture {
     Constant(f32),
     /// The alpha channel where the picture has one, else its luminance as stored (not decoded from sRGB).
     Image(ImageTexture),
-    /// The luminance of the decoded colour, whatever the alpha channel says (Mitsuba's masks).
+    /// The luminance as stored, whatever the alpha channel says.
     Luminance(ImageTexture),
 }
 
@@ -215,13 +215,7 @@ pub struct IntegratorSettings {
 
 impl Default for IntegratorSettings {
     fn default() -> IntegratorSettings {
-        IntegratorSettings {
-            max_depth: 16,
-            next_event: true,
-            mis: true,
-            roulette: Roulette::Throughput,
-            rr_depth: 5,
-        }
+        IntegratorSettings { max_depth: 16, next_event: true, mis: true, roulette: Roulette::Throughput, rr_depth: 5 }
     }
 }
 

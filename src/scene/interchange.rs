@@ -12,8 +12,7 @@ use crate::math::Rgb;
 use std::path::Path;
 
 /// What says where a scene comes from, or again what the OBJ says.
-const DOCUMENTATION: &[&str] =
-    &["name", "source", "licence", "credit", "stats", "notes", "missing_textures"];
+const DOCUMENTATION: &[&str] = &["name", "source", "licence", "credit", "stats", "notes", "missing_textures"];
 
 /// Parses the text of a `scene.json`. `path` names it in errors, and paths in it are relative to its folder.
 /// Also returns warnings: fields that mean nothing here, and lights that contradict their material.
@@ -22,11 +21,8 @@ const DOCUMENTATION: &[&str] =
 /// [`crate::Error::Parse`] with line and column.
 pub fn parse(text: &str, path: &Path) -> Result<(SceneDescription, Vec<String>)> {
     let source = Source { path, text, overrides: &[] };
-    let mut import =
-        Import { base: source.folder(), scene: SceneDescription::default(), warnings: Vec::new() };
-    json_tree::from_json(text)
-        .and_then(|root| import.root(root))
-        .map_err(|fault| source.error(fault))?;
+    let mut import = Import { base: source.folder(), scene: SceneDescription::default(), warnings: Vec::new() };
+    json_tree::from_json(text).and_then(|root| import.root(root)).map_err(|fault| source.error(fault))?;
     Ok((import.scene, import.warnings))
 }
 
@@ -98,7 +94,7 @@ impl Import<'_> {
                 adapt_filter(texture)?;
             }
         }
-        // Mitsuba's mask goes by the decoded colour and drops an alpha channel.
+        // A mask goes by the stored luminance: the renderer that this form comes from drops an alpha channel.
         if let Some(Entry { key, node }) = entries.get_mut("opacity")
             && let Value::Table(texture) = &mut node.value
         {
@@ -190,8 +186,7 @@ fn adapt_filter(texture: &mut Entries) -> Result<(), Fault> {
         "nearest" => true,
         "bilinear" | "trilinear" => false,
         other => {
-            let message =
-                format!("unknown filter `{other}`: known are nearest, bilinear, trilinear");
+            let message = format!("unknown filter `{other}`: known are nearest, bilinear, trilinear");
             return Err(Fault::new(node.at, message));
         }
     };

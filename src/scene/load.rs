@@ -45,7 +45,8 @@ impl Scene {
         }
         let mut cache = TextureCache::default();
         let mut coats = CoatTables::default();
-        let resolved = materials.iter().map(|m| Material::new(m, &mut cache, &mut coats)).collect::<Result<Vec<_>>>()?;
+        let resolved =
+            materials.iter().map(|m| Material::new(m, &mut cache, &mut coats)).collect::<Result<Vec<_>>>()?;
         let resolved = Arc::new(resolved);
         let textures = Arc::new(cache.into_textures());
         let meshes: Vec<Arc<Mesh>> = meshes.into_iter().map(Arc::new).collect();
@@ -177,9 +178,7 @@ fn emissive_triangles<'a>(
 fn far_light(light: &LightDescription, warnings: &mut Vec<String>) -> Result<Light> {
     Ok(match light {
         LightDescription::Constant { radiance } => Light::Constant { radiance: *radiance },
-        LightDescription::Point { position, intensity } => {
-            Light::Point { position: *position, intensity: *intensity }
-        }
+        LightDescription::Point { position, intensity } => Light::Point { position: *position, intensity: *intensity },
         LightDescription::Directional { direction, irradiance } => {
             Light::Directional { direction: *direction, irradiance: *irradiance }
         }

@@ -6,7 +6,7 @@ use crate::Result;
 use crate::bsdf::{Bsdf, BsdfModel, CoatTables, color_textures};
 use crate::embree::OpacityTest;
 use crate::geometry::Mesh;
-use crate::math::{Rgb, luminance, rng::mix};
+use crate::math::{Rgb, rng::mix};
 use std::sync::Arc;
 
 /// A material of the scene.
@@ -92,7 +92,7 @@ impl Material {
         match self.opacity {
             Opacity::Constant(share) => share,
             Opacity::Image(map) => map.scalar(textures, uv),
-            Opacity::Luminance(map) => luminance(map.color(textures, uv)),
+            Opacity::Luminance(map) => map.stored_luminance(textures, uv),
         }
     }
 

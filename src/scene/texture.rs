@@ -51,6 +51,11 @@ impl Texture {
         self.interpolate(uv, nearest, |x, y| self.texels.scalar(x, y))
     }
 
+    /// The luminance of the values as they are stored at `uv`, whatever the alpha channel says.
+    pub fn stored_luminance(&self, uv: [f32; 2], nearest: bool) -> f32 {
+        self.interpolate(uv, nearest, |x, y| self.texels.stored_luminance(x, y))
+    }
+
     /// Mean linear colour of all texels, which is also the mean of [`Texture::color`] over the unit square.
     pub fn mean(&self) -> Rgb {
         self.mean
@@ -73,10 +78,7 @@ impl Texture {
 
     fn interpolate<T>(&self, uv: [f32; 2], nearest: bool, texel: impl Fn(usize, usize) -> T) -> T
     where
-        T: Copy
-            + std::ops::Add<Output = T>
-            + std::ops::Sub<Output = T>
-            + std::ops::Mul<f32, Output = T>,
+        T: Copy + std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<f32, Output = T>,
     {
         let (width, height) = (self.texels.width, self.texels.height);
         let (u, v) = (fraction(uv[0]), fraction(uv[1]));
@@ -127,6 +129,11 @@ impl TextureMap {
     /// [`Texture::scalar`] at the surface's `uv`, times the luminance of the tint.
     pub fn scalar(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
         textures[self.index].scalar(self.picture_uv(uv), self.nearest) * texels::grey(self.tint)
+    }
+
+    /// [`Texture::stored_luminance`] at the surface's `uv`, times the luminance of the tint.
+    pub fn stored_luminance(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
+        textures[self.index].stored_luminance(self.picture_uv(uv), self.nearest) * texels::grey(self.tint)
     }
 
     /// Mean linear colour of the picture, times the tint.

@@ -115,11 +115,7 @@ impl DirectionTest {
 
     /// Draws from `sample` (unit directions; `None` is a lost sample) and compares with `pdf` per steradian,
     /// whose mass may be below 1.
-    pub fn run(
-        &self,
-        mut sample: impl FnMut() -> Option<Vec3>,
-        pdf: impl Fn(Vec3) -> f32,
-    ) -> Chi2Report {
+    pub fn run(&self, mut sample: impl FnMut() -> Option<Vec3>, pdf: impl Fn(Vec3) -> f32) -> Chi2Report {
         let masses = self.masses(&pdf);
         let mass: f64 = masses.iter().sum();
         if mass.is_nan() || mass > 1.0 + MASS_TOLERANCE {
@@ -173,8 +169,7 @@ impl DirectionTest {
         };
         // far below what chance moves: the two rules differ by more than the finer one errs
         let absolute = 0.1 / self.samples as f64;
-        let refinement =
-            Refinement { min_depth: self.depth, max_depth: 9, absolute, relative: 1e-4 };
+        let refinement = Refinement { min_depth: self.depth, max_depth: 9, absolute, relative: 1e-4 };
         let cos_step = (1.0 - self.cos_min()) / self.cos_bins as f64;
         let phi_step = TAU / self.phi_bins as f64;
         let mut masses = Vec::with_capacity(self.cos_bins * self.phi_bins);

@@ -56,9 +56,7 @@ fn a_density_with_a_peak_passes_and_its_mirror_image_does_not() {
         let (sin, phi) = ((1.0 - cos * cos).sqrt(), std::f32::consts::TAU * u[1]);
         lobe.to_world(Vec3::new(sin * phi.cos(), sin * phi.sin(), cos))
     };
-    let pdf = |w: Vec3, axis: Vec3| {
-        (exponent + 1.0) / std::f32::consts::TAU * w.dot(axis).max(0.0).powf(exponent)
-    };
+    let pdf = |w: Vec3, axis: Vec3| (exponent + 1.0) / std::f32::consts::TAU * w.dot(axis).max(0.0).powf(exponent);
     let test = DirectionTest::new(Domain::Sphere);
     let mut rng = Rng::new(2);
     let right = test.run(|| Some(draw(rng.f32x2())), |w| pdf(w, lobe.n));
@@ -74,10 +72,8 @@ fn a_sampler_in_a_rotated_frame_is_caught() {
     let test = DirectionTest::new(Domain::Sphere);
     let frame = Frame::from_normal(Vec3::new(0.05, 0.0, 1.0).normalize());
     let mut rng = Rng::new(3);
-    let report = test.run(
-        || Some(frame.to_world(square_to_cosine_hemisphere(rng.f32x2()))),
-        square_to_cosine_hemisphere_pdf,
-    );
+    let report =
+        test.run(|| Some(frame.to_world(square_to_cosine_hemisphere(rng.f32x2()))), square_to_cosine_hemisphere_pdf);
     assert!(report.p_value < 1e-6, "{report}");
 }
 
@@ -86,10 +82,8 @@ fn densities_five_per_cent_off_are_caught_either_way() {
     let test = DirectionTest::new(Domain::Hemisphere);
     let mut rng = Rng::new(4);
     for scale in [1.05, 0.95] {
-        let report = test.run(
-            || Some(square_to_uniform_hemisphere(rng.f32x2())),
-            |w| scale * square_to_uniform_hemisphere_pdf(w),
-        );
+        let report = test
+            .run(|| Some(square_to_uniform_hemisphere(rng.f32x2())), |w| scale * square_to_uniform_hemisphere_pdf(w));
         assert!(report.p_value < 1e-6, "{report}");
     }
 }

@@ -55,8 +55,7 @@ pub fn ratio_interval(a: &Summary, b: &Summary, level: f64) -> Option<Interval> 
     if va + vb == 0.0 {
         return Some(Interval { low: ratio, high: ratio });
     }
-    let freedom =
-        (va + vb).powi(2) / (va * va / (a.runs - 1) as f64 + vb * vb / (b.runs - 1) as f64);
+    let freedom = (va + vb).powi(2) / (va * va / (a.runs - 1) as f64 + vb * vb / (b.runs - 1) as f64);
     let half = t_quantile(level, freedom)? * (va + vb).sqrt();
     Some(Interval { low: ratio * (-half).exp(), high: ratio * half.exp() })
 }
@@ -76,8 +75,7 @@ mod tests {
 
     #[test]
     fn quantiles_of_the_t_table() {
-        for (freedom, level, t) in
-            [(1.0, 0.95, 12.7062), (4.0, 0.95, 2.7764), (9.0, 0.99, 3.2498), (30.0, 0.9, 1.6973)]
+        for (freedom, level, t) in [(1.0, 0.95, 12.7062), (4.0, 0.95, 2.7764), (9.0, 0.99, 3.2498), (30.0, 0.9, 1.6973)]
         {
             let got = t_quantile(level, freedom).unwrap();
             assert!((got - t).abs() < 1e-4, "{got} for {freedom}");

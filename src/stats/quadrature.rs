@@ -54,8 +54,7 @@ fn descend(f: &impl Fn(f64, f64) -> f64, rect: Rect, refinement: Refinement, dep
         let fine = product_rule(f, rect, &GAUSS5);
         let coarse = product_rule(f, rect, &GAUSS3);
         let tolerance = refinement.absolute + refinement.relative * fine.abs();
-        if depth >= refinement.max_depth || (fine - coarse).abs() <= tolerance || !fine.is_finite()
-        {
+        if depth >= refinement.max_depth || (fine - coarse).abs() <= tolerance || !fine.is_finite() {
             return fine;
         }
     }
@@ -78,8 +77,7 @@ fn product_rule(f: &impl Fn(f64, f64) -> f64, rect: Rect, rule: &[(f64, f64)]) -
 mod tests {
     use super::*;
 
-    const FINE: Refinement =
-        Refinement { min_depth: 1, max_depth: 14, absolute: 1e-10, relative: 0.0 };
+    const FINE: Refinement = Refinement { min_depth: 1, max_depth: 14, absolute: 1e-10, relative: 0.0 };
 
     #[test]
     fn a_narrow_gaussian_has_its_known_integral() {

@@ -48,9 +48,7 @@ pub struct ImageZTest {
 /// fails. Normality is assumed: pixels with few or heavy-tailed samples fail more often than the level says.
 pub fn z_test_images(a: ImageMoments, b: ImageMoments, level: f64) -> Result<ImageZTest> {
     let values = a.mean.len();
-    if values == 0
-        || [a.variance.len(), b.mean.len(), b.variance.len()].iter().any(|&n| n != values)
-    {
+    if values == 0 || [a.variance.len(), b.mean.len(), b.variance.len()].iter().any(|&n| n != values) {
         return Err(Error::Scene("images to be compared must have the same, positive size".into()));
     }
     let strict = sidak(level, values);

@@ -169,12 +169,8 @@ fn nothing_is_infinite_at_the_edges() {
 
 #[test]
 fn parameters_out_of_their_domain_are_refused() {
-    let metal = |eta_k, alpha| BsdfDescription::Conductor {
-        eta_k,
-        specular_reflectance: WHITE,
-        alpha,
-        distribution: Ggx,
-    };
+    let metal =
+        |eta_k, alpha| BsdfDescription::Conductor { eta_k, specular_reflectance: WHITE, alpha, distribution: Ggx };
     let glass = |int_ior, alpha, thin| BsdfDescription::Dielectric {
         int_ior,
         ext_ior: 1.0,

@@ -9,9 +9,8 @@ use std::f64::consts::{PI, TAU};
 /// ∫ eval dωi of one channel over the sphere, per hemisphere, by quadrature.
 fn scattered(bsdf: &Bsdf, wo: Vec3, channel: usize) -> f64 {
     let refinement = Refinement { min_depth: 4, max_depth: 9, absolute: 1e-6, relative: 1e-4 };
-    let integrand = |theta: f64, phi: f64| {
-        (bsdf.eval(wo, polar(theta as f32, phi as f32))[channel] as f64) * theta.sin()
-    };
+    let integrand =
+        |theta: f64, phi: f64| (bsdf.eval(wo, polar(theta as f32, phi as f32))[channel] as f64) * theta.sin();
     let half = |x| integrate(&integrand, Rect { x, y: [0.0, TAU] }, refinement);
     half([0.0, 0.5 * PI]) + half([0.5 * PI, PI])
 }
@@ -78,11 +77,7 @@ fn no_white_material_gains_energy() {
 
 #[test]
 fn white_metal_and_glass_lose_little_where_facets_are_flat() {
-    for material in [
-        conductor(None, Ggx, 0.05),
-        conductor(None, Beckmann, 0.1),
-        dielectric(1.5, Ggx, 0.05, false),
-    ] {
+    for material in [conductor(None, Ggx, 0.05), conductor(None, Beckmann, 0.1), dielectric(1.5, Ggx, 0.05, false)] {
         let bsdf = material.bsdf();
         let (mut rng, mut sum) = (Rng::new(63), 0.0);
         for s in (0..40_000).filter_map(|_| bsdf.sample(polar(0.5, 0.0), rng.f32(), rng.f32x2())) {
@@ -169,12 +164,7 @@ fn light_may_take_any_path_backwards() {
 #[test]
 fn principled_gains_no_more_than_burleys_lobes_do() {
     // known excess of the model: retro-reflection and sheen of a white, rough, dielectric base at grazing angles
-    let worst = PrincipledParameters {
-        roughness: 1.0,
-        specular: 0.5,
-        sheen: 1.0,
-        ..PrincipledParameters::default()
-    };
+    let worst = PrincipledParameters { roughness: 1.0, specular: 0.5, sheen: 1.0, ..PrincipledParameters::default() };
     let excess = principled(worst).colored(Rgb::ONE, Rgb::ZERO);
     let cases = [(principled(TILES), 1.0), (principled(ALL_LOBES), 1.05), (excess, 1.6)];
     for (material, most) in &cases {

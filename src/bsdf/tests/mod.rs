@@ -37,8 +37,7 @@ fn polar(theta: f32, phi: f32) -> Vec3 {
     Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-const COPPER: (Rgb, Rgb) =
-    (Rgb::new(0.200_438, 0.924_033, 1.102_21), Rgb::new(3.912_95, 2.452_85, 2.142_19));
+const COPPER: (Rgb, Rgb) = (Rgb::new(0.200_438, 0.924_033, 1.102_21), Rgb::new(3.912_95, 2.452_85, 2.142_19));
 
 fn diffuse() -> Material {
     let description = BsdfDescription::Diffuse { reflectance: WHITE };
@@ -46,19 +45,12 @@ fn diffuse() -> Material {
 }
 
 fn transmitter() -> Material {
-    let description =
-        BsdfDescription::DiffuseTransmitter { reflectance: WHITE, transmittance: WHITE };
-    Material::new("transmitter", description, false)
-        .colored(Rgb::new(0.5, 0.4, 0.1), Rgb::new(0.3, 0.1, 0.2))
+    let description = BsdfDescription::DiffuseTransmitter { reflectance: WHITE, transmittance: WHITE };
+    Material::new("transmitter", description, false).colored(Rgb::new(0.5, 0.4, 0.1), Rgb::new(0.3, 0.1, 0.2))
 }
 
 fn conductor(eta_k: Option<(Rgb, Rgb)>, kind: MicrofacetDistribution, alpha: f32) -> Material {
-    let description = BsdfDescription::Conductor {
-        eta_k,
-        specular_reflectance: WHITE,
-        alpha,
-        distribution: kind,
-    };
+    let description = BsdfDescription::Conductor { eta_k, specular_reflectance: WHITE, alpha, distribution: kind };
     Material::new(format!("conductor {kind:?} {alpha}"), description, true)
 }
 

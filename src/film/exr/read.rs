@@ -110,16 +110,11 @@ fn check_headers(path: &Path, headers: &[Header], max_bytes: u64) -> Result<()> 
 
 fn collect(picture: FlatImage) -> std::result::Result<ExrFile, String> {
     let window = picture.attributes.display_window;
-    let mut file = ExrFile {
-        width: window.size.0,
-        height: window.size.1,
-        channels: BTreeMap::new(),
-        attributes: BTreeMap::new(),
-    };
+    let mut file =
+        ExrFile { width: window.size.0, height: window.size.1, channels: BTreeMap::new(), attributes: BTreeMap::new() };
     for (part, layer) in picture.layer_data.into_iter().enumerate() {
         if part == 0 {
-            let readable =
-                |(name, value): (&Text, &_)| Some((name.to_string(), Attribute::from_file(value)?));
+            let readable = |(name, value): (&Text, &_)| Some((name.to_string(), Attribute::from_file(value)?));
             file.attributes = layer.attributes.other.iter().filter_map(readable).collect();
         }
         add_channels(&mut file, part, window, layer)?;
@@ -166,10 +161,8 @@ fn place(values: Vec<f32>, stored: IntegerBounds, window: IntegerBounds) -> Vec<
     }
     let mut placed = vec![0.0; window.size.area()];
     // Offsets of the stored window from the other one; they fit, since either window ends below 2³⁰.
-    let (dx, dy) = (
-        stored.position.0 as i64 - window.position.0 as i64,
-        stored.position.1 as i64 - window.position.1 as i64,
-    );
+    let (dx, dy) =
+        (stored.position.0 as i64 - window.position.0 as i64, stored.position.1 as i64 - window.position.1 as i64);
     let left = dx.max(0);
     let right = (dx + stored.size.0 as i64).min(window.size.0 as i64);
     if left >= right {

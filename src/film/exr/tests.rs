@@ -98,8 +98,7 @@ fn a_stored_part_lies_where_it_was_cut_from() {
 
 #[test]
 fn what_is_stored_outside_of_the_picture_is_cut_off() {
-    let stored =
-        |left, top| Window { width: 2, height: 2, left, top, stored_width: 4, stored_height: 3 };
+    let stored = |left, top| Window { width: 2, height: 2, left, top, stored_width: 4, stored_height: 3 };
     let values: Vec<f32> = (0..12).map(|i| i as f32).collect();
     let read = |window| {
         let layer = Layer::scalar("Z", "", values.clone());
@@ -145,11 +144,8 @@ fn what_cannot_be_stored_is_refused_and_leaves_the_old_file() {
 
 /// A file of several parts and sample types, as other programs write them.
 fn write_foreign(path: &Path, compression: Compression) {
-    let encoding = file::Encoding {
-        compression,
-        blocks: file::Blocks::Tiles(Vec2(16, 16)),
-        line_order: LineOrder::Increasing,
-    };
+    let encoding =
+        file::Encoding { compression, blocks: file::Blocks::Tiles(Vec2(16, 16)), line_order: LineOrder::Increasing };
     let part = |name: &str, channels: Vec<(&str, file::FlatSamples)>| file::Layer {
         channel_data: file::AnyChannels::sort(
             channels.into_iter().map(|(name, data)| file::AnyChannel::new(name, data)).collect(),
@@ -163,10 +159,7 @@ fn write_foreign(path: &Path, compression: Compression) {
         part("beauty", vec![("R", file::FlatSamples::F16(halves))]),
         part(
             "id",
-            vec![
-                ("Y", file::FlatSamples::U32((0..400).collect())),
-                ("id.A", file::FlatSamples::F32(vec![0.5; 400])),
-            ],
+            vec![("Y", file::FlatSamples::U32((0..400).collect())), ("id.A", file::FlatSamples::F32(vec![0.5; 400]))],
         ),
     ];
     let attributes = ImageAttributes::with_size((20, 20));
@@ -197,14 +190,7 @@ fn halves_integers_tiles_and_parts_are_read() {
 #[test]
 fn limits_hold_before_memory_is_taken() {
     let (_folder, path) = place_for("big.exr");
-    let part = |width, height| Window {
-        width,
-        height,
-        left: 0,
-        top: 0,
-        stored_width: 2,
-        stored_height: 2,
-    };
+    let part = |width, height| Window { width, height, left: 0, top: 0, stored_width: 2, stored_height: 2 };
     let error = |window: &Window| {
         let depth = Layer::scalar("Z", "", vec![0.0; 4]);
         write(&path, window, vec![depth], &Metadata::default()).unwrap();

@@ -81,13 +81,10 @@ impl World {
     }
 
     pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Hit<'_>> {
-        let near_objects =
-            self.objects.iter().filter(|object| meets_box(object.1, origin, direction));
+        let near_objects = self.objects.iter().filter(|object| meets_box(object.1, origin, direction));
         near_objects
             .flat_map(|object| &self.faces[object.0.clone()])
-            .filter_map(|face| {
-                meets_face(face, origin, direction).map(|distance| Hit { distance, face })
-            })
+            .filter_map(|face| meets_face(face, origin, direction).map(|distance| Hit { distance, face }))
             .min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 

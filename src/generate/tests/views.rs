@@ -47,8 +47,7 @@ fn no_ray_leaves_a_closed_room() {
     for (name, shell, half) in [("door", "building", 1.5), ("wall", "room", 2.5)] {
         let shell = world(name).filtered(|face| face.object == shell);
         // The middle of either scene holds solid wall: only points that look at a front count as inside.
-        let inside =
-            |p: DVec3| shell.trace(p, DVec3::Y).is_some_and(|hit| hit.face.cross().y < 0.0);
+        let inside = |p: DVec3| shell.trace(p, DVec3::Y).is_some_and(|hit| hit.face.cross().y < 0.0);
         let mut rng = Rng::new(2);
         let [low, high] = boxes(half);
         for _ in 0..200 {
@@ -111,8 +110,7 @@ fn nothing_in_the_near_room_of_door_sees_the_lamp() {
     let points = seen(&world, "door", 64, 36);
     let near_room = |p: &DVec3| to_building.transform_point3(*p).z > -0.14;
     let lit = |p: DVec3| sees_lamp(&world, p);
-    let (near, far): (Vec<DVec3>, Vec<DVec3>) =
-        points.iter().map(|seen| seen.0).partition(near_room);
+    let (near, far): (Vec<DVec3>, Vec<DVec3>) = points.iter().map(|seen| seen.0).partition(near_room);
     assert!(near.len() > 2_200 && !near.into_iter().any(lit));
     // What shows through the gap is the lit room.
     assert!(far.into_iter().any(lit));

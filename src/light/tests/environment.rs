@@ -205,8 +205,7 @@ fn unusable_pictures_are_errors() {
 fn a_mirrored_picture_is_mirrored() {
     let pixels: Vec<Rgb> = (0..12).map(|i| Rgb::splat(i as f32)).collect();
     let with = |t| Environment::new(4, 3, pixels.clone(), Rgb::ONE, t).unwrap();
-    let (plain, mirrored) =
-        (with(Affine3A::IDENTITY), with(Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0))));
+    let (plain, mirrored) = (with(Affine3A::IDENTITY), with(Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0))));
     let w = Vec3::new(0.48, 0.64, 0.6);
     assert_eq!(mirrored.radiance(Vec3::new(-w.x, w.y, w.z)), plain.radiance(w));
     assert_ne!(mirrored.radiance(w), plain.radiance(w));
@@ -229,8 +228,7 @@ fn a_real_sky_is_sampled_by_its_density() {
     .unwrap();
     let (width, pixels) = image.layer_data.channel_data.pixels;
     let height = pixels.len() / width;
-    let env = Environment::new(width as u32, height as u32, pixels, Rgb::ONE, Affine3A::IDENTITY)
-        .unwrap();
+    let env = Environment::new(width as u32, height as u32, pixels, Rgb::ONE, Affine3A::IDENTITY).unwrap();
     let total = sphere_integral(1500, |w| env.pdf(w) as f64);
     assert!((total - 1.0).abs() < 1e-2, "{total}");
     let p = chi_square(&env, 100_000, |w| env.pdf(w));

@@ -68,9 +68,8 @@ fn inverse_density_averages_to_the_solid_angle() {
     let truth = (1.0 / 3f64.sqrt()).atan();
     let lights = area_lights(&ceiling());
     let mut rng = Rng::new(2);
-    let estimate = Estimate::of(200_000, || {
-        1.0 / lights.sample(Vec3::ZERO, rng.f64(), rng.f32x2()).unwrap().pdf as f64
-    });
+    let estimate =
+        Estimate::of(200_000, || 1.0 / lights.sample(Vec3::ZERO, rng.f64(), rng.f32x2()).unwrap().pdf as f64);
     estimate.assert_is(truth, 0.02);
 }
 
@@ -122,8 +121,7 @@ fn all_kinds() -> Lights {
 #[test]
 fn all_kinds_of_light_add_up() {
     let lights = all_kinds();
-    let far =
-        sphere_integral(1500, |w| lights.environment_radiance(w).x as f64 * w.z.max(0.0) as f64);
+    let far = sphere_integral(1500, |w| lights.environment_radiance(w).x as f64 * w.z.max(0.0) as f64);
     let area = 2.0 * PI * parallel_form_factor(1.0, 1.0, 1.0);
     let point = 50.0 / 25.0 * 0.8;
     let directional = 1.5 * 0.8;
@@ -261,8 +259,7 @@ fn extreme_triangles_give_usable_samples_or_none() {
     let (mut some, mut none) = (0, 0);
     for i in 0..20_000 {
         let size = 10f32.powi(i % 25 - 18);
-        let mut point =
-            |scale: f32| (Vec3::new(rng.f32(), rng.f32(), rng.f32()) - Vec3::splat(0.5)) * scale;
+        let mut point = |scale: f32| (Vec3::new(rng.f32(), rng.f32(), rng.f32()) - Vec3::splat(0.5)) * scale;
         let centre = point([0.0, 1.0, 1e6][(i % 3) as usize]);
         let corners = [0; 3].map(|_| centre + point(size));
         let p = if i % 7 == 0 { corners[0] } else { centre + point(10f32.powi(i % 11 - 8)) };

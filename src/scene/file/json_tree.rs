@@ -7,8 +7,7 @@ use serde::de::DeserializeOwned;
 pub(in crate::scene) fn from_json(text: &str) -> Result<Node, Fault> {
     // This also bounds the depth of what follows: serde_json refuses more than 128 levels.
     serde_json::from_str::<serde_json::Value>(text).map_err(|e| {
-        let line_start: usize =
-            text.split_inclusive('\n').take(e.line().saturating_sub(1)).map(str::len).sum();
+        let line_start: usize = text.split_inclusive('\n').take(e.line().saturating_sub(1)).map(str::len).sum();
         let message = e.to_string();
         let message = message.split(" at line ").next().unwrap_or_default();
         Fault::new(At::Text(line_start + e.column().saturating_sub(1)), message)
@@ -69,8 +68,7 @@ impl Cursor<'_> {
 
     fn scalar<T: DeserializeOwned>(&mut self) -> Result<T, Fault> {
         let at = At::Text(self.position);
-        let mut stream =
-            serde_json::Deserializer::from_str(&self.text[self.position..]).into_iter();
+        let mut stream = serde_json::Deserializer::from_str(&self.text[self.position..]).into_iter();
         let value = stream.next().ok_or_else(|| Fault::new(at, "a value is missing"))?;
         self.position += stream.byte_offset();
         value.map_err(|e| Fault::new(at, e.to_string()))

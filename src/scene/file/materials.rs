@@ -65,12 +65,7 @@ fn refuse_keys_of_others(t: &Reader, kind: Kind) -> Result<(), Fault> {
     Ok(())
 }
 
-fn without_type(
-    t: &Reader,
-    name: &str,
-    key: At,
-    known: &BTreeMap<String, MaterialDescription>,
-) -> Fault {
+fn without_type(t: &Reader, name: &str, key: At, known: &BTreeMap<String, MaterialDescription>) -> Fault {
     let At::Set(_) = key else { return t.missing("type") };
     let names: Vec<&str> = known.keys().map(String::as_str).collect();
     let hint = match nearest(name, &names) {

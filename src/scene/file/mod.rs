@@ -47,8 +47,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<(SceneDescription, Vec<
             Ok((scene, warnings))
         }
         Some("obj") => {
-            let mut scene =
-                SceneDescription { meshes: vec![whole_file(path)], ..Default::default() };
+            let mut scene = SceneDescription { meshes: vec![whole_file(path)], ..Default::default() };
             apply_overrides(&mut scene, path, overrides)?;
             Ok((scene, Vec::new()))
         }
@@ -60,11 +59,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<(SceneDescription, Vec<
 ///
 /// # Errors
 /// As [`load`].
-pub fn parse(
-    text: &str,
-    path: &Path,
-    overrides: &[String],
-) -> Result<(SceneDescription, Vec<String>)> {
+pub fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<(SceneDescription, Vec<String>)> {
     let source = Source { path, text, overrides: &[] };
     let mut scene = SceneDescription::default();
     tree::from_toml(text, &At::Text)

@@ -16,13 +16,11 @@ pub(in crate::scene) struct Bounds {
 }
 
 pub(in crate::scene) const FINITE: Bounds = Bounds::new(|_| true, "finite");
-pub(in crate::scene) const UNIT: Bounds =
-    Bounds::new(|x| (0.0..=1.0).contains(&x), "between 0 and 1");
+pub(in crate::scene) const UNIT: Bounds = Bounds::new(|x| (0.0..=1.0).contains(&x), "between 0 and 1");
 pub(in crate::scene) const POSITIVE: Bounds = Bounds::new(|x| x > 0.0, "greater than 0");
 pub(in crate::scene) const NOT_NEGATIVE: Bounds = Bounds::new(|x| x >= 0.0, "0 or more");
 /// Squares of coordinates, summed, stay within `f32` (and coordinates within what Embree accepts).
-pub(in crate::scene) const COORDINATE: Bounds =
-    Bounds::new(|x| x.abs() <= 1e18, "between -1e18 and 1e18");
+pub(in crate::scene) const COORDINATE: Bounds = Bounds::new(|x| x.abs() <= 1e18, "between -1e18 and 1e18");
 
 impl Bounds {
     /// `text` goes on from "must be".
@@ -45,12 +43,8 @@ impl Reader {
     pub fn new(label: impl Into<String>, node: Node) -> Result<Reader, Fault> {
         let label = label.into();
         match node.value {
-            Value::Table(entries) => {
-                Ok(Reader { label, at: node.at, entries, asked: vec![], given: vec![] })
-            }
-            other => {
-                Err(Fault::new(node.at, format!("{label} must be a table, found {}", other.kind())))
-            }
+            Value::Table(entries) => Ok(Reader { label, at: node.at, entries, asked: vec![], given: vec![] }),
+            other => Err(Fault::new(node.at, format!("{label} must be a table, found {}", other.kind()))),
         }
     }
 
@@ -100,8 +94,7 @@ impl Reader {
 
     /// The entries that nothing has asked for, in the order of the file.
     pub fn left_over(&self) -> Vec<(&str, &Entry)> {
-        let mut left: Vec<(&str, &Entry)> =
-            self.entries.iter().map(|(k, e)| (k.as_str(), e)).collect();
+        let mut left: Vec<(&str, &Entry)> = self.entries.iter().map(|(k, e)| (k.as_str(), e)).collect();
         left.sort_by_key(|(_, entry)| entry.key);
         left
     }
@@ -133,12 +126,7 @@ impl Reader {
         }
     }
 
-    pub fn number(
-        &mut self,
-        key: &'static str,
-        bounds: Bounds,
-        slot: &mut f32,
-    ) -> Result<(), Fault> {
+    pub fn number(&mut self, key: &'static str, bounds: Bounds, slot: &mut f32) -> Result<(), Fault> {
         self.take(key).map_or(Ok(()), |n| n.number(key, bounds).map(|x| *slot = x))
     }
 
@@ -159,41 +147,22 @@ impl Reader {
         Ok(())
     }
 
-    pub fn vector(
-        &mut self,
-        key: &'static str,
-        bounds: Bounds,
-        slot: &mut Vec3,
-    ) -> Result<(), Fault> {
+    pub fn vector(&mut self, key: &'static str, bounds: Bounds, slot: &mut Vec3) -> Result<(), Fault> {
         self.take(key).map_or(Ok(()), |n| n.numbers::<3>(key, bounds).map(|v| *slot = v.into()))
     }
 
     /// A grey number or `[r, g, b]`.
-    pub fn color(
-        &mut self,
-        key: &'static str,
-        bounds: Bounds,
-        slot: &mut Rgb,
-    ) -> Result<(), Fault> {
+    pub fn color(&mut self, key: &'static str, bounds: Bounds, slot: &mut Rgb) -> Result<(), Fault> {
         self.take(key).map_or(Ok(()), |n| n.color(key, bounds).map(|c| *slot = c))
     }
 
     /// One of a list of names.
-    pub fn choice<T: Copy>(
-        &mut self,
-        key: &'static str,
-        names: &[(&str, T)],
-        slot: &mut T,
-    ) -> Result<(), Fault> {
+    pub fn choice<T: Copy>(&mut self, key: &'static str, names: &[(&str, T)], slot: &mut T) -> Result<(), Fault> {
         self.chosen(key, names).map(|chosen| *slot = chosen.unwrap_or(*slot))
     }
 
     /// As [`Reader::choice`]; `None` where the key is absent.
-    pub fn chosen<T: Copy>(
-        &mut self,
-        key: &'static str,
-        names: &[(&str, T)],
-    ) -> Result<Option<T>, Fault> {
+    pub fn chosen<T: Copy>(&mut self, key: &'static str, names: &[(&str, T)]) -> Result<Option<T>, Fault> {
         let Some(node) = self.take(key) else { return Ok(None) };
         let name = node.string(key)?;
         if let Some((_, value)) = names.iter().find(|(n, _)| *n == name) {

@@ -73,16 +73,12 @@ impl Kind {
         let distribution = MicrofacetDistribution::Ggx;
         match self {
             Kind::Diffuse => BsdfDescription::Diffuse { reflectance: grey(0.5) },
-            Kind::DiffuseTransmitter => BsdfDescription::DiffuseTransmitter {
-                reflectance: grey(0.25),
-                transmittance: grey(0.25),
-            },
-            Kind::Mirror | Kind::Conductor => BsdfDescription::Conductor {
-                eta_k: None,
-                specular_reflectance: grey(1.0),
-                alpha: 0.0,
-                distribution,
-            },
+            Kind::DiffuseTransmitter => {
+                BsdfDescription::DiffuseTransmitter { reflectance: grey(0.25), transmittance: grey(0.25) }
+            }
+            Kind::Mirror | Kind::Conductor => {
+                BsdfDescription::Conductor { eta_k: None, specular_reflectance: grey(1.0), alpha: 0.0, distribution }
+            }
             Kind::Dielectric => BsdfDescription::Dielectric {
                 int_ior: 1.5,
                 ext_ior: 1.0,
@@ -107,12 +103,7 @@ impl Kind {
     }
 
     /// Reads the type's own keys over `bsdf`, which is of this kind.
-    pub fn read(
-        self,
-        t: &mut Reader,
-        bsdf: &mut BsdfDescription,
-        base: &Path,
-    ) -> Result<(), Fault> {
+    pub fn read(self, t: &mut Reader, bsdf: &mut BsdfDescription, base: &Path) -> Result<(), Fault> {
         use BsdfDescription as B;
         match bsdf {
             B::Diffuse { reflectance } => color(t, "reflectance", base, reflectance),
@@ -144,15 +135,7 @@ impl Kind {
                 roughness(t, alpha, distribution)?;
                 t.flag("thin", thin)
             }
-            B::Plastic {
-                reflectance,
-                specular_reflectance,
-                int_ior,
-                ext_ior,
-                alpha,
-                distribution,
-                nonlinear,
-            } => {
+            B::Plastic { reflectance, specular_reflectance, int_ior, ext_ior, alpha, distribution, nonlinear } => {
                 color(t, "reflectance", base, reflectance)?;
                 t.color("specular_reflectance", UNIT, specular_reflectance)?;
                 iors(t, int_ior, ext_ior)?;
@@ -226,11 +209,7 @@ fn iors(t: &mut Reader, int_ior: &mut f32, ext_ior: &mut f32) -> Result<(), Faul
     t.number("ext_ior", POSITIVE, ext_ior)
 }
 
-fn roughness(
-    t: &mut Reader,
-    alpha: &mut f32,
-    distribution: &mut MicrofacetDistribution,
-) -> Result<(), Fault> {
+fn roughness(t: &mut Reader, alpha: &mut f32, distribution: &mut MicrofacetDistribution) -> Result<(), Fault> {
     t.number("alpha", UNIT, alpha)?;
     t.choice("distribution", DISTRIBUTIONS, distribution)
 }

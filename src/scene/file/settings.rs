@@ -3,8 +3,8 @@
 use super::reader::{Bounds, COORDINATE, Reader, UNIT};
 use super::tree::{At, Fault, Node, Value};
 use crate::scene::description::{
-    CameraDescription, Combine, FilmDescription, Filter, GuidingMethod, GuidingSettings,
-    IntegratorSettings, RenderSettings, Roulette,
+    CameraDescription, Combine, FilmDescription, Filter, GuidingMethod, GuidingSettings, IntegratorSettings,
+    RenderSettings, Roulette,
 };
 use glam::Vec3;
 use std::ops::RangeInclusive;
@@ -12,8 +12,7 @@ use std::ops::RangeInclusive;
 /// Pixels along a side of the film.
 pub(in crate::scene) const SIDE: RangeInclusive<u64> = 1..=65536;
 /// Degrees of a field of view.
-pub(in crate::scene) const VFOV: Bounds =
-    Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
+pub(in crate::scene) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
 const STOPS: Bounds = Bounds::new(|x| x.abs() <= 64.0, "between -64 and 64");
 /// Without any share for the BSDF, light that the guide does not know of would be missing.
 const FRACTION: Bounds = Bounds::new(|x| x > 0.0 && x <= 1.0, "greater than 0 and at most 1");
@@ -49,11 +48,7 @@ pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fau
 }
 
 pub(super) fn render(t: &mut Reader, s: &mut RenderSettings) -> Result<(), Fault> {
-    let combines = [
-        ("inverse-variance", Combine::InverseVariance),
-        ("all", Combine::All),
-        ("last", Combine::Last),
-    ];
+    let combines = [("inverse-variance", Combine::InverseVariance), ("all", Combine::All), ("last", Combine::Last)];
     t.integer("spp", 1..=ANY, &mut s.spp)?;
     seconds(t, "time", &mut s.time)?;
     t.integer("seed", 0..=u64::MAX, &mut s.seed)?;

@@ -17,8 +17,7 @@ pub(in crate::scene) fn unknown<'a>(
 pub(in crate::scene) fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let name = name.to_lowercase();
     let distance = |c: &str| strsim::damerau_levenshtein(&name, &c.to_lowercase());
-    let (best, errors) =
-        candidates.iter().map(|c| (*c, distance(c))).min_by_key(|(_, errors)| *errors)?;
+    let (best, errors) = candidates.iter().map(|c| (*c, distance(c))).min_by_key(|(_, errors)| *errors)?;
     (errors <= best.chars().count().max(name.chars().count()) / 3).then_some(best)
 }
 

@@ -115,10 +115,7 @@ fn overrides_change_what_they_name() {
     let camera = scene.camera.unwrap();
     assert_eq!((camera.origin, camera.vfov), (Vec3::new(0.0, 2.0, 9.0), 40.0));
     assert_eq!(scene.film, FilmDescription { width: 641, ..before.film });
-    assert_eq!(
-        scene.integrator,
-        IntegratorSettings { roulette: Roulette::None, ..before.integrator }
-    );
+    assert_eq!(scene.integrator, IntegratorSettings { roulette: Roulette::None, ..before.integrator });
     assert_eq!(scene.guiding, GuidingSettings { memory: 64 << 20, ..before.guiding });
     let floor = scene.materials["Floor"].clone();
     let BsdfDescription::Plastic { reflectance, alpha, .. } = floor.bsdf else { panic!() };
@@ -143,19 +140,10 @@ fn overrides_that_are_wrong_name_themselves() {
             "unknown key `mesh` in --set: known are `camera`, `film`, `integrator`, `guiding`, \
              `render` and `material`",
         ),
-        (
-            "integrator.roulette=nine",
-            "unknown roulette `nine` in [integrator]: did you mean `none`?",
-        ),
+        ("integrator.roulette=nine", "unknown roulette `nine` in [integrator]: did you mean `none`?"),
         ("camera.target=[0, 1, 5]", "`target` must differ from `origin`"),
-        (
-            "material.Flor.alpha=0.1",
-            "the scene file describes no material `Flor`: did you mean `Floor`?",
-        ),
-        (
-            "material.Steel.alpha=0.1",
-            "the scene file describes no material `Steel`: set `material.Steel.type` too",
-        ),
+        ("material.Flor.alpha=0.1", "the scene file describes no material `Flor`: did you mean `Floor`?"),
+        ("material.Steel.alpha=0.1", "the scene file describes no material `Steel`: set `material.Steel.type` too"),
         ("material.Floor.eta=1", "`eta` is not a key of type `plastic`, but of `conductor`"),
         ("film", "expected key=value, for example film.width=640"),
         ("film.width=", "expected key=value, for example film.width=640"),

@@ -7,12 +7,7 @@ use crate::scene::description::{ColorTexture, ImageTexture, ScalarTexture};
 use std::path::Path;
 
 /// A reflectance: a grey number, `[r, g, b]` or `{ texture = … }`, each channel in [0, 1].
-pub(super) fn color(
-    t: &mut Reader,
-    key: &'static str,
-    base: &Path,
-    slot: &mut ColorTexture,
-) -> Result<(), Fault> {
+pub(super) fn color(t: &mut Reader, key: &'static str, base: &Path, slot: &mut ColorTexture) -> Result<(), Fault> {
     let Some(node) = t.take(key) else { return Ok(()) };
     *slot = match &node.value {
         Value::Table(_) => {
@@ -67,22 +62,14 @@ fn finish(t: Reader, image: ImageTexture) -> Result<ImageTexture, Fault> {
     t.finish().map(|()| image)
 }
 
-pub(super) fn color_image(
-    t: &mut Reader,
-    current: Option<ImageTexture>,
-    base: &Path,
-) -> Result<ImageTexture, Fault> {
+pub(super) fn color_image(t: &mut Reader, current: Option<ImageTexture>, base: &Path) -> Result<ImageTexture, Fault> {
     let mut image = image(t, current, base)?;
     t.color("tint", UNIT, &mut image.tint)?;
     Ok(image)
 }
 
 /// A new picture where `texture` is given, else changes to the `current` one.
-fn image(
-    t: &mut Reader,
-    current: Option<ImageTexture>,
-    base: &Path,
-) -> Result<ImageTexture, Fault> {
+fn image(t: &mut Reader, current: Option<ImageTexture>, base: &Path) -> Result<ImageTexture, Fault> {
     let mut image = match t.take("texture") {
         Some(node) => plain(&node.path("texture", base)?),
         None => current.ok_or_else(|| t.missing("texture"))?,
@@ -98,13 +85,7 @@ fn image(
 }
 
 fn plain(path: &Path) -> ImageTexture {
-    ImageTexture {
-        path: path.to_path_buf(),
-        scale: [1.0; 2],
-        offset: [0.0; 2],
-        nearest: false,
-        tint: Rgb::ONE,
-    }
+    ImageTexture { path: path.to_path_buf(), scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE }
 }
 
 /// `[u, v]`, or one number for both.

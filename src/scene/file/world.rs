@@ -8,8 +8,7 @@ use crate::scene::description::{LightDescription, MeshDescription};
 use glam::{Affine3A, DMat3, DVec3, Mat3A, Quat, Vec3, Vec3A};
 use std::path::{Path, PathBuf};
 
-const SCALE: Bounds =
-    Bounds::new(|x| x != 0.0 && x.abs() <= 1e18, "other than 0 and between -1e18 and 1e18");
+const SCALE: Bounds = Bounds::new(|x| x != 0.0 && x.abs() <= 1e18, "other than 0 and between -1e18 and 1e18");
 
 pub(super) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescription, Fault> {
     let path = t.take("path").map(|n| n.path("path", base)).transpose()?;
@@ -27,11 +26,7 @@ pub(super) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescription, Fault
     };
     check_regular(t, &transform)?;
     let material = t.take("material").map(|n| n.string("material").map(String::from));
-    Ok(MeshDescription {
-        path: path.ok_or_else(|| t.missing("path"))?,
-        transform,
-        material: material.transpose()?,
-    })
+    Ok(MeshDescription { path: path.ok_or_else(|| t.missing("path"))?, transform, material: material.transpose()? })
 }
 
 /// Scale, then rotate, then translate.
@@ -104,12 +99,8 @@ fn check_regular(t: &Reader, transform: &Affine3A) -> Result<(), Fault> {
 type ReadLight = fn(&mut Reader, &Path) -> Result<LightDescription, Fault>;
 
 /// A light's `type` and what reads its other keys.
-pub(in crate::scene) const LIGHTS: &[(&str, ReadLight)] = &[
-    ("constant", constant),
-    ("environment", environment),
-    ("point", point),
-    ("directional", directional),
-];
+pub(in crate::scene) const LIGHTS: &[(&str, ReadLight)] =
+    &[("constant", constant), ("environment", environment), ("point", point), ("directional", directional)];
 
 pub(in crate::scene) fn light(t: &mut Reader, base: &Path) -> Result<LightDescription, Fault> {
     let read = t.chosen("type", LIGHTS)?.ok_or_else(|| t.missing("type"))?;

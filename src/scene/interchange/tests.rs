@@ -53,18 +53,14 @@ fn camera_and_lights_are_read() {
 fn materials_are_read_as_mitsuba_means_them() {
     let (scene, _) = small("", "").unwrap();
     let wall = &scene.materials["Wall"];
-    let BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } = &wall.bsdf else {
-        panic!()
-    };
+    let BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } = &wall.bsdf else { panic!() };
     assert_eq!((image.path.as_path(), image.nearest), (Path::new("dir/t/a.png"), true));
     assert!(wall.two_sided);
     let lamp = &scene.materials["Lamp"];
     assert_eq!((lamp.emission, lamp.emission_two_sided), (Rgb::new(1.0, 2.0, 3.0), false));
     let BsdfDescription::Conductor { eta_k, .. } = scene.materials["Steel"].bsdf else { panic!() };
     assert_eq!(eta_k, None);
-    let BsdfDescription::Plastic { alpha, nonlinear, .. } = scene.materials["Shiny"].bsdf else {
-        panic!()
-    };
+    let BsdfDescription::Plastic { alpha, nonlinear, .. } = scene.materials["Shiny"].bsdf else { panic!() };
     assert!((alpha - 0.2).abs() < 1e-6 && !nonlinear, "{alpha}");
 }
 
@@ -76,25 +72,13 @@ fn faults_have_a_place() {
         ("30,", "190,", "3:84: `vfov_deg` must be greater than 0 and less than 180, found 190"),
         ("0.2, 0.3]", "1.2, 0.3]", "9:51: `reflectance` must be between 0 and 1, found 1.2"),
         ("\"exponent\": 48", "\"exponent\": -1", "9:74: `exponent` must be 0 or more, found -1"),
-        (
-            ", \"exponent\": 48",
-            "",
-            "9:21: material `Shiny` is of type `phong` and needs `exponent`",
-        ),
+        (", \"exponent\": 48", "", "9:21: material `Shiny` is of type `phong` and needs `exponent`"),
         ("\"phong\"", "\"ward\"", "9:21: unknown type `ward` in material `Shiny`"),
         ("\"nearest\"", "\"none\"", "6:79: unknown filter `none`"),
         ("\"Lamp\":", "\"Wall\":", "7:3: duplicate key `Wall`"),
-        (
-            "\"envmap\"",
-            "\"spot\"",
-            "14:12: unknown type `spot` in emitter: known are `constant`, `environment`",
-        ),
+        ("\"envmap\"", "\"spot\"", "14:12: unknown type `spot` in emitter: known are `constant`, `environment`"),
         ("\"anisotropic\"", "\"spec_trans\"", "10:81: material `Car` transmits light"),
-        (
-            "\"target\": [0, 1, 4]",
-            "\"target\": null",
-            "3:44: `target` must be an array of 3 numbers",
-        ),
+        ("\"target\": [0, 1, 4]", "\"target\": null", "3:44: `target` must be an array of 3 numbers"),
     ];
     for (from, to, expected) in cases {
         let error = small(from, to).unwrap_err().to_string();
@@ -120,8 +104,7 @@ fn assert_files_exist(scene: &SceneDescription) {
     let mesh = &scene.meshes[0].path;
     assert!(mesh.is_file(), "{}", mesh.display());
     for material in scene.materials.values() {
-        if let BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } = &material.bsdf
-        {
+        if let BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } = &material.bsdf {
             assert!(image.path.is_file(), "{}", image.path.display());
         }
     }
@@ -150,10 +133,7 @@ fn the_shared_scenes_are_read() {
         let (scene, warnings) = load(&path, &["film.width=99".to_string()]).unwrap();
         assert!(warnings.is_empty(), "{name}: {warnings:?}");
         let emit = scene.materials.values().filter(|m| m.emission != Rgb::ZERO).count();
-        assert_eq!(
-            (scene.materials.len(), emit, scene.lights.len()),
-            (materials, emitting, lights)
-        );
+        assert_eq!((scene.materials.len(), emit, scene.lights.len()), (materials, emitting, lights));
         assert!(scene.materials.values().all(|m| m.two_sided), "{name}");
         assert!(scene.camera.is_some() && scene.film.width == 99 && scene.film.height >= 720);
         assert_files_exist(&scene);

@@ -39,12 +39,7 @@ struct Reader<'a> {
 }
 
 /// Reads the `f` statements of a block. `positions` are those of the whole file, `totals` counts them.
-pub(super) fn read(
-    slots: Slots,
-    positions: &[[f32; 3]],
-    totals: Counts,
-    text: &[u8],
-) -> Result<(), Fault> {
+pub(super) fn read(slots: Slots, positions: &[[f32; 3]], totals: Counts, text: &[u8]) -> Result<(), Fault> {
     let (corners, points, pieces) = Default::default();
     let so_far = slots.before;
     let mut reader = Reader { positions, totals, so_far, slots, next: 0, corners, points, pieces };
@@ -54,9 +49,7 @@ pub(super) fn read(
             b"v" => reader.so_far.positions += 1,
             b"vt" => reader.so_far.uvs += 1,
             b"vn" => reader.so_far.normals += 1,
-            b"f" => {
-                reader.face(&mut Fields::new(line, 1)).map_err(|fault| fault.shifted(at as u64))?
-            }
+            b"f" => reader.face(&mut Fields::new(line, 1)).map_err(|fault| fault.shifted(at as u64))?,
             _ => {}
         }
     }
@@ -83,8 +76,7 @@ impl Reader<'_> {
         self.pieces.clear();
         if !triangulate::triangulate(&self.points, &mut self.pieces) {
             let corners = self.corners.len();
-            let message =
-                format!("a concave face of {corners} corners (at most {LARGEST_CONCAVE})");
+            let message = format!("a concave face of {corners} corners (at most {LARGEST_CONCAVE})");
             return Err(Fault::new(0, message));
         }
         for i in 0..self.pieces.len() {
@@ -180,8 +172,7 @@ impl Token<'_> {
         at += usize::from(matches!(sign, Some(b'-' | b'+')));
         let digits = at;
         let mut value = 0i64;
-        while let Some(digit) = self.text.get(at).map(|b| b.wrapping_sub(b'0')).filter(|&d| d < 10)
-        {
+        while let Some(digit) = self.text.get(at).map(|b| b.wrapping_sub(b'0')).filter(|&d| d < 10) {
             value = value.wrapping_mul(10).wrapping_add(i64::from(digit));
             at += 1;
         }

@@ -160,9 +160,7 @@ impl<'a> Fields<'a> {
     fn odd_number(&mut self, rest: &[u8]) -> Result<f32, Fault> {
         let token = &rest[..token_length(rest)];
         if let Some(tail) = memchr::memmem::find(token, b"1.#")
-            && [&b"INF"[..], b"IND", b"QNAN", b"SNAN"]
-                .iter()
-                .any(|k| token[tail + 3..].starts_with(k))
+            && [&b"INF"[..], b"IND", b"QNAN", b"SNAN"].iter().any(|k| token[tail + 3..].starts_with(k))
         {
             self.at += token.len();
             return Ok(f32::NAN);
@@ -179,9 +177,8 @@ impl<'a> Fields<'a> {
     pub fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f32; N], Fault> {
         let mut values = [0.0; N];
         for (i, value) in values.iter_mut().enumerate() {
-            *value = self.number()?.ok_or_else(|| {
-                Fault::new(self.at, format!("{what} needs {N} numbers, here are {i}"))
-            })?;
+            *value =
+                self.number()?.ok_or_else(|| Fault::new(self.at, format!("{what} needs {N} numbers, here are {i}")))?;
         }
         while self.number()?.is_some() {}
         Ok(values)

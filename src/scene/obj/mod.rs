@@ -94,11 +94,7 @@ fn load_in_blocks(source: &Source, block: u64) -> Result<Obj> {
 }
 
 /// The mesh without its materials.
-fn load_parts(
-    source: &Source,
-    blocks: &[Range<u64>],
-    reporter: &mut Reporter,
-) -> Result<(Mesh, Census), Failure> {
+fn load_parts(source: &Source, blocks: &[Range<u64>], reporter: &mut Reporter) -> Result<(Mesh, Census), Failure> {
     let tasks = blocks.iter().map(|range| (range.clone(), ())).collect();
     let parts = source.each_block(tasks, |(), text| Ok(scan::scan(text)))?;
     let census = scan::merge(blocks.iter().map(|range| range.start).zip(&parts));
@@ -122,10 +118,7 @@ fn check_limits(census: &Census) -> Result<(), Failure> {
     let Counts { positions, uvs, normals } = census.counts;
     match [positions, uvs, normals, census.triangles].iter().max() {
         Some(&most) if most > u32::MAX as usize => {
-            let message = format!(
-                "the file has {most} elements of one kind, at most {} are supported",
-                u32::MAX
-            );
+            let message = format!("the file has {most} elements of one kind, at most {} are supported", u32::MAX);
             Err(Failure::Fault(Fault::new(0, message)))
         }
         _ => Ok(()),
@@ -133,8 +126,7 @@ fn check_limits(census: &Census) -> Result<(), Failure> {
 }
 
 fn attribute<const N: usize>(values: usize, triangles: usize) -> Option<Attribute<[f32; N]>> {
-    (values > 0)
-        .then(|| Attribute { values: vec![[0.0; N]; values], indices: vec![[0; 3]; triangles] })
+    (values > 0).then(|| Attribute { values: vec![[0.0; N]; values], indices: vec![[0; 3]; triangles] })
 }
 
 /// Cuts the front off a slice; a missing slice stays empty.
@@ -173,12 +165,7 @@ fn read_attributes(
     Ok(attributes::BrokenValues::merge(starts.into_iter().zip(broken)))
 }
 
-fn read_faces(
-    source: &Source,
-    blocks: &[Range<u64>],
-    parts: &[Census],
-    mesh: &mut Mesh,
-) -> Result<(), Failure> {
+fn read_faces(source: &Source, blocks: &[Range<u64>], parts: &[Census], mesh: &mut Mesh) -> Result<(), Failure> {
     let totals = parts.iter().fold(Counts::default(), |sum, part| sum.plus(part.counts));
     let positions = &mesh.positions[..];
     let mut triangles = &mut mesh.triangles[..];

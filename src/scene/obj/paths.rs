@@ -28,8 +28,7 @@ pub(super) fn find(folder: &Path, name: &str) -> Option<PathBuf> {
 /// On this system or on Windows.
 fn is_absolute(path: &str) -> bool {
     let bytes = path.as_bytes();
-    bytes.first() == Some(&b'/')
-        || bytes.len() > 2 && bytes[0].is_ascii_alphabetic() && bytes[1..3] == *b":/"
+    bytes.first() == Some(&b'/') || bytes.len() > 2 && bytes[0].is_ascii_alphabetic() && bytes[1..3] == *b":/"
 }
 
 fn ignoring_case(folder: &Path, path: &Path) -> Option<PathBuf> {
@@ -37,9 +36,7 @@ fn ignoring_case(folder: &Path, path: &Path) -> Option<PathBuf> {
     for component in path.components() {
         let next = found.join(component);
         found = match component {
-            Component::Normal(name) if !next.exists() => {
-                entry_ignoring_case(&found, name.to_str()?)?
-            }
+            Component::Normal(name) if !next.exists() => entry_ignoring_case(&found, name.to_str()?)?,
             _ => next,
         };
     }

@@ -12,22 +12,14 @@ use rustc_hash::FxHashSet;
 ///
 /// # Errors
 /// A face at a broken position, named by the position's line: the face cannot be drawn, and Embree would not say so.
-pub(super) fn repair(
-    mesh: &mut Mesh,
-    broken: &BrokenValues,
-    reporter: &mut Reporter,
-) -> Result<(), Failure> {
+pub(super) fn repair(mesh: &mut Mesh, broken: &BrokenValues, reporter: &mut Reporter) -> Result<(), Failure> {
     repair_positions(mesh, &broken.positions, reporter)?;
     repair_attribute(&mut mesh.uvs, &broken.uvs, "texture coordinates are not finite", reporter);
     repair_attribute(&mut mesh.normals, &broken.normals, "normals have no direction", reporter);
     Ok(())
 }
 
-fn repair_positions(
-    mesh: &mut Mesh,
-    broken: &[Broken],
-    reporter: &mut Reporter,
-) -> Result<(), Failure> {
+fn repair_positions(mesh: &mut Mesh, broken: &[Broken], reporter: &mut Reporter) -> Result<(), Failure> {
     let Some(&(_, first_at)) = broken.first() else { return Ok(()) };
     let indices: FxHashSet<u32> = broken.iter().map(|&(i, _)| i).collect();
     let used = mesh.triangles.par_iter().flatten_iter().filter(|i| indices.contains(i)).min();
@@ -40,10 +32,7 @@ fn repair_positions(
     let harmless = mesh.triangles.first().map_or([0.0; 3], |t| mesh.positions[t[0] as usize]);
     broken.iter().for_each(|&(i, _)| mesh.positions[i as usize] = harmless);
     let count = broken.len();
-    reporter.warn(
-        first_at,
-        format!("{count} vertices are not finite or too large, but no face uses them"),
-    );
+    reporter.warn(first_at, format!("{count} vertices are not finite or too large, but no face uses them"));
     Ok(())
 }
 
@@ -57,8 +46,7 @@ fn repair_attribute<T: Send>(
     if let Some(&(_, at)) = broken.first() {
         let indices: FxHashSet<u32> = broken.iter().map(|&(i, _)| i).collect();
         let without = |t: &&mut [u32; 3]| t.iter().any(|i| indices.contains(i));
-        let triangles =
-            found.indices.par_iter_mut().filter(without).map(|t| *t = [ABSENT; 3]).count();
+        let triangles = found.indices.par_iter_mut().filter(without).map(|t| *t = [ABSENT; 3]).count();
         let count = broken.len();
         reporter.warn(at, format!("{count} {what}; {triangles} triangles go without"));
     }

@@ -49,11 +49,7 @@ impl<'a> Reporter<'a> {
     }
 
     /// One warning for all names that faces use and no library defines.
-    pub fn unknown_materials(
-        &mut self,
-        census: &Census,
-        materials: &BTreeMap<String, MaterialDescription>,
-    ) {
+    pub fn unknown_materials(&mut self, census: &Census, materials: &BTreeMap<String, MaterialDescription>) {
         let used = census.runs().filter(|(name, _, _)| !name.is_empty());
         let mut unknown = used.filter(|(name, _, _)| !materials.contains_key(*name)).peekable();
         let Some(first) = unknown.peek().map(|&(_, _, at)| at) else { return };
@@ -81,8 +77,7 @@ impl<'a> Reporter<'a> {
         let offsets: Vec<u64> = self.notes.iter().map(|(at, _)| *at).collect();
         let places = self.locate(&offsets).map_err(Error::io(self.path()))?;
         let path = self.path();
-        let warning =
-            |((_, message), (line, _))| Warning { path: path.to_path_buf(), line, message };
+        let warning = |((_, message), (line, _))| Warning { path: path.to_path_buf(), line, message };
         Ok(self.notes.into_iter().zip(places).map(warning).collect())
     }
 

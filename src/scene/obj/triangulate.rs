@@ -31,8 +31,7 @@ fn quadrilateral(corners: [[f32; 3]; 4], out: &mut Vec<[usize; 3]>) {
     let plane = Plane::of(&corners);
     let [a, b, c, d] = corners.map(|corner| plane.project(corner));
     let reflex = [cross(d, a, b), cross(a, b, c), cross(b, c, d), cross(c, d, a)].map(|x| x < 0.0);
-    let odd_diagonal =
-        reflex == [false, true, false, false] || reflex == [false, false, false, true];
+    let odd_diagonal = reflex == [false, true, false, false] || reflex == [false, false, false, true];
     fan(4, usize::from(odd_diagonal), out);
 }
 
@@ -98,8 +97,7 @@ impl Ears<'_> {
         let n = points.len();
         let before = (0..n).map(|i| (i + n - 1) % n).collect();
         let after = (0..n).map(|i| (i + 1) % n).collect();
-        let mut ears =
-            Ears { points, before, after, ear: vec![false; n], left: n, rescans: RESCANS };
+        let mut ears = Ears { points, before, after, ear: vec![false; n], left: n, rescans: RESCANS };
         for i in 0..n {
             ears.ear[i] = ears.is_ear(i);
         }
@@ -156,8 +154,7 @@ impl Ears<'_> {
         if turn <= 0.0 {
             return turn == 0.0;
         }
-        let inside =
-            |p: Point| cross(a, b, p) >= 0.0 && cross(b, c, p) >= 0.0 && cross(c, a, p) >= 0.0;
+        let inside = |p: Point| cross(a, b, p) >= 0.0 && cross(b, c, p) >= 0.0 && cross(c, a, p) >= 0.0;
         !self.ring(after).any(|k| {
             let p = self.points[k];
             inside(p) && self.turn(k) < 0.0 && p != a && p != b && p != c

@@ -70,8 +70,7 @@ fn from_exr(path: &Path, file: ExrFile) -> Result<Texels> {
     names.extend(Some("A").filter(has));
     let planes: Vec<&[f32]> = names.iter().map(|&name| file.channels[name].as_slice()).collect();
     let pixels = file.width * file.height;
-    let data: Vec<f32> =
-        (0..pixels).flat_map(|pixel| planes.iter().map(move |plane| plane[pixel])).collect();
+    let data: Vec<f32> = (0..pixels).flat_map(|pixel| planes.iter().map(move |plane| plane[pixel])).collect();
     if let Some(at) = data.iter().position(|value| !value.is_finite()) {
         let pixel = at / names.len();
         let (x, y) = (pixel % file.width, pixel / file.width);

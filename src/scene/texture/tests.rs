@@ -91,10 +91,7 @@ fn extreme_coordinates_give_finite_colours() {
     let inside = |c: Rgb| c.is_finite() && c.min_element() >= 0.0 && c.max_element() <= 1.0;
     for x in [-1e-9, 1.0 - 1e-7, 1e9, -1e30, f32::MAX, f32::NAN, f32::INFINITY, f32::MIN_POSITIVE] {
         for nearest in [false, true] {
-            assert!(
-                inside(texture.color([x, 0.3], nearest))
-                    && inside(texture.color([0.3, x], nearest))
-            );
+            assert!(inside(texture.color([x, 0.3], nearest)) && inside(texture.color([0.3, x], nearest)));
         }
     }
     assert_eq!(texture.color([f32::NAN, 0.2], false), texture.color([0.0, 0.2], false));
@@ -183,13 +180,8 @@ fn a_map_scales_offsets_and_tints() {
     let (folder, path) = place_for("picture.png");
     RgbImage::from_fn(3, 2, |x, y| image::Rgb(stored(x, y))).save(&path).unwrap();
     let mut cache = TextureCache::default();
-    let plain = ImageTexture {
-        path: path.clone(),
-        scale: [1.0, 1.0],
-        offset: [0.0, 0.0],
-        nearest: true,
-        tint: Rgb::ONE,
-    };
+    let plain =
+        ImageTexture { path: path.clone(), scale: [1.0, 1.0], offset: [0.0, 0.0], nearest: true, tint: Rgb::ONE };
     let tint = Rgb::new(0.5, 2.0, 0.0);
     let changed = ImageTexture {
         // The same file by another name.
@@ -242,10 +234,7 @@ fn huge_pictures_are_refused_by_their_header() {
     bytes[29..33].copy_from_slice(&checksum);
     std::fs::write(&path, bytes).unwrap();
     let error = Texture::load(&path).unwrap_err().to_string();
-    assert!(
-        error.ends_with("takes 3072 MiB when decoded; at most 1024 MiB are allowed"),
-        "{error}"
-    );
+    assert!(error.ends_with("takes 3072 MiB when decoded; at most 1024 MiB are allowed"), "{error}");
 }
 
 /// The checksum of PNG chunks, bit by bit.
@@ -269,8 +258,7 @@ fn pictures_of_the_scenes_are_read() {
 }
 
 fn valid_files() -> [Vec<u8>; 2] {
-    let picture: DynamicImage =
-        RgbImage::from_fn(24, 24, |x, y| image::Rgb([x as u8 * 9, y as u8 * 9, 99])).into();
+    let picture: DynamicImage = RgbImage::from_fn(24, 24, |x, y| image::Rgb([x as u8 * 9, y as u8 * 9, 99])).into();
     [image::ImageFormat::Png, image::ImageFormat::Jpeg].map(|format| {
         let mut bytes = std::io::Cursor::new(Vec::new());
         picture.write_to(&mut bytes, format).unwrap();

@@ -43,15 +43,23 @@ impl Texels {
 
     /// Alpha, or the luminance of the stored values.
     pub fn scalar(&self, x: usize, y: usize) -> f32 {
-        let first = self.first(x, y);
-        let stored = |i: usize| match &self.data {
-            Samples::U8(data) => f32::from(data[first + i]) / 255.0,
-            Samples::U16(data) => f32::from(data[first + i]) / 65535.0,
-            Samples::F32(data) => data[first + i],
-        };
         match self.channels {
-            2 | 4 => stored(self.channels - 1),
-            _ => grey(self.rgb(stored)),
+            2 | 4 => self.stored(self.first(x, y) + self.channels - 1),
+            _ => self.stored_luminance(x, y),
+        }
+    }
+
+    /// Luminance of the stored values, not decoded.
+    pub fn stored_luminance(&self, x: usize, y: usize) -> f32 {
+        let first = self.first(x, y);
+        grey(self.rgb(|i| self.stored(first + i)))
+    }
+
+    fn stored(&self, i: usize) -> f32 {
+        match &self.data {
+            Samples::U8(data) => f32::from(data[i]) / 255.0,
+            Samples::U16(data) => f32::from(data[i]) / 65535.0,
+            Samples::F32(data) => data[i],
         }
     }
 
@@ -81,11 +89,7 @@ impl Texels {
     }
 
     fn rgb(&self, channel: impl Fn(usize) -> f32) -> Rgb {
-        if self.channels < 3 {
-            Rgb::splat(channel(0))
-        } else {
-            Rgb::new(channel(0), channel(1), channel(2))
-        }
+        if self.channels < 3 { Rgb::splat(channel(0)) } else { Rgb::new(channel(0), channel(1), channel(2)) }
     }
 }
 

@@ -8,8 +8,7 @@
 use super::record::Record;
 use crate::math::Rgb;
 use crate::scene::description::{
-    BsdfDescription, ColorTexture, ImageTexture, MaterialDescription, MicrofacetDistribution,
-    ScalarTexture,
+    BsdfDescription, ColorTexture, ImageTexture, MaterialDescription, MicrofacetDistribution, ScalarTexture,
 };
 
 /// Where a file gives none that could refract.
@@ -49,11 +48,9 @@ impl Record {
             conductor(colour, self.roughness())
         } else if self.illumination_in(&[3.0, 5.0, 8.0]) {
             let black = specular == Rgb::ZERO;
-            let colour =
-                if black { self.diffuse_colour() } else { ColorTexture::Constant(specular) };
+            let colour = if black { self.diffuse_colour() } else { ColorTexture::Constant(specular) };
             conductor(colour, self.roughness.unwrap_or(0.0))
-        } else if specular != Rgb::ZERO && self.illumination_in(&[2.0]) && self.exponent > Some(0.0)
-        {
+        } else if specular != Rgb::ZERO && self.illumination_in(&[2.0]) && self.exponent > Some(0.0) {
             self.plastic()
         } else {
             BsdfDescription::Diffuse { reflectance: self.diffuse_colour() }

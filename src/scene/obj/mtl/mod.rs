@@ -63,8 +63,7 @@ fn library_paths(folder: &Path, argument: &str) -> Vec<(String, PathBuf)> {
         let found = longest
             .map(|n| (n, joined(n)))
             .find_map(|(n, name)| paths::find(folder, &name).map(|path| (n, name, path)));
-        let (count, name, path) =
-            found.unwrap_or_else(|| (1, joined(1), paths::resolve(folder, &joined(1))));
+        let (count, name, path) = found.unwrap_or_else(|| (1, joined(1), paths::resolve(folder, &joined(1))));
         paths.push((name, path));
         rest = &rest[count..];
     }
@@ -72,12 +71,7 @@ fn library_paths(folder: &Path, argument: &str) -> Vec<(String, PathBuf)> {
 }
 
 /// Adds a library's materials to those of earlier ones.
-fn load_library(
-    path: &Path,
-    mut text: Vec<u8>,
-    materials: &mut Materials,
-    warnings: &mut Vec<Warning>,
-) -> Result<()> {
+fn load_library(path: &Path, mut text: Vec<u8>, materials: &mut Materials, warnings: &mut Vec<Warning>) -> Result<()> {
     lines::convert_cr(&mut text);
     let line = |at: usize| 1 + memchr::memchr_iter(b'\n', &text[..at.min(text.len())]).count();
     let mut joined = text.clone();

@@ -40,16 +40,9 @@ pub(super) struct Record {
 
 impl Record {
     /// Takes in one statement.
-    pub fn set(
-        &mut self,
-        keyword: &[u8],
-        line: &[u8],
-        folder: &Path,
-        notes: &mut Notes,
-    ) -> Result<(), Fault> {
+    pub fn set(&mut self, keyword: &[u8], line: &[u8], folder: &Path, notes: &mut Notes) -> Result<(), Fault> {
         let name = lines::excerpt(keyword);
-        let mut statement =
-            Statement { name: &name, fields: Fields::new(line, keyword.len()), notes };
+        let mut statement = Statement { name: &name, fields: Fields::new(line, keyword.len()), notes };
         match &*name.to_ascii_lowercase() {
             "kd" => statement.set_colour(&mut self.diffuse, 1.0)?,
             "ks" => statement.set_colour(&mut self.specular, 1.0)?,
@@ -88,9 +81,7 @@ impl Statement<'_, '_> {
         self.fields.rest();
         let at = self.fields.at;
         match self.fields.number()? {
-            Some(x) if !x.is_finite() => {
-                Err(Fault::new(at, format!("`{}`: not finite", self.name)))
-            }
+            Some(x) if !x.is_finite() => Err(Fault::new(at, format!("`{}`: not finite", self.name))),
             number => Ok(number),
         }
     }

@@ -1,8 +1,6 @@
 use super::*;
 use crate::math::Rgb;
-use crate::scene::description::{
-    BsdfDescription, ColorTexture, ImageTexture, MicrofacetDistribution, ScalarTexture,
-};
+use crate::scene::description::{BsdfDescription, ColorTexture, ImageTexture, MicrofacetDistribution, ScalarTexture};
 use proptest::prelude::*;
 
 fn library(text: impl AsRef<[u8]>) -> Result<(Materials, Vec<Warning>)> {
@@ -53,9 +51,7 @@ fn diffuse_materials() {
     assert_eq!(material("Kd 0.1 0.2 0.3 # note").bsdf, diffuse(constant(0.1, 0.2, 0.3)));
     assert_eq!(material("  KD\t.25\r").bsdf, diffuse(constant(0.25, 0.25, 0.25)));
     // Not a highlight: no `illum 2`, no exponent, no specular colour.
-    for matt in
-        ["Ks 1 1 1\nNs 50", "Ks 1 1 1\nillum 2", "Ns 50\nillum 2", "illum 2\nKs 0 0 0\nNs 9"]
-    {
+    for matt in ["Ks 1 1 1\nNs 50", "Ks 1 1 1\nillum 2", "Ns 50\nillum 2", "illum 2\nKs 0 0 0\nNs 9"] {
         assert_eq!(material(matt), plain, "{matt}");
     }
 }
@@ -89,23 +85,11 @@ fn plastic_materials() {
 #[test]
 fn metals() {
     assert_eq!(material("Kd .1\nKs .9 .8 .7\nillum 5").bsdf, metal(constant(0.9, 0.8, 0.7), 0.0));
-    assert_eq!(
-        material("Kd .1\nKs .9\nNs 10\nillum 3\nPr .5").bsdf,
-        metal(constant(0.9, 0.9, 0.9), 0.25)
-    );
+    assert_eq!(material("Kd .1\nKs .9\nNs 10\nillum 3\nPr .5").bsdf, metal(constant(0.9, 0.9, 0.9), 0.25));
     assert_eq!(material("Kd .1 .2 .3\nillum 8").bsdf, metal(constant(0.1, 0.2, 0.3), 0.0));
-    assert_eq!(
-        material("Kd .1 .2 .3\nKs .5\nPm 1\nNs 250").bsdf,
-        metal(constant(0.1, 0.2, 0.3), 0.25)
-    );
-    assert_eq!(
-        material("Kd 0\nKs .5\nPm .5\nPr .1").bsdf,
-        metal(constant(0.5, 0.5, 0.5), 0.010_000_001)
-    );
-    assert_eq!(
-        material("map_Kd a.png\nPm 1").bsdf,
-        metal(ColorTexture::Image(image("a.png")), 0.25)
-    );
+    assert_eq!(material("Kd .1 .2 .3\nKs .5\nPm 1\nNs 250").bsdf, metal(constant(0.1, 0.2, 0.3), 0.25));
+    assert_eq!(material("Kd 0\nKs .5\nPm .5\nPr .1").bsdf, metal(constant(0.5, 0.5, 0.5), 0.010_000_001));
+    assert_eq!(material("map_Kd a.png\nPm 1").bsdf, metal(ColorTexture::Image(image("a.png")), 0.25));
     assert_eq!(material("Kd .1\nPm .4").bsdf, diffuse(constant(0.1, 0.1, 0.1)));
 }
 
@@ -128,11 +112,7 @@ fn glass() {
     assert_eq!(material("illum 7").bsdf, glass(1.5, Rgb::ONE, 0.0));
     assert_eq!(material("Tr .9\nTf 1 .5 0\nPr .5").bsdf, glass(1.5, Rgb::new(1.0, 0.5, 0.0), 0.25));
     // What Maya writes for an opaque material, a cut-out, and a filter that nothing passes.
-    for opaque in [
-        "Kd .5\nillum 4\nTf 1 1 1\nNi 1.0",
-        "map_d a.png\nillum 9\nNi 1.5",
-        "d 1\nTf 1 1 1\nNi 1.5",
-    ] {
+    for opaque in ["Kd .5\nillum 4\nTf 1 1 1\nNi 1.0", "map_d a.png\nillum 9\nNi 1.5", "d 1\nTf 1 1 1\nNi 1.5"] {
         assert_eq!(material(opaque).bsdf, MaterialDescription::default().bsdf, "{opaque}");
     }
 }
@@ -178,10 +158,7 @@ fn texture_options_precede_the_name() {
     assert_eq!(read("-x.png"), (Some(image("-x.png")), 0));
     assert_eq!(read(" # nothing"), (None, 0));
     for bad in ["-s a.png", "-o nan a.png", "-mm inf 1 a.png"] {
-        assert!(
-            texture::read(bad.as_bytes(), Path::new(""), &mut Notes::default()).is_err(),
-            "{bad}"
-        );
+        assert!(texture::read(bad.as_bytes(), Path::new(""), &mut Notes::default()).is_err(), "{bad}");
     }
 }
 
@@ -218,10 +195,7 @@ fn faults_name_the_library_line_and_column() {
         ("map_Kd -s x.png", 10),
     ] {
         let error = library(format!("# \\\nnewmtl \\\n m\n{statement}\n")).unwrap_err().to_string();
-        assert!(
-            error.starts_with(&format!("folder/test.mtl:4:{column}: ")),
-            "{statement}: {error}"
-        );
+        assert!(error.starts_with(&format!("folder/test.mtl:4:{column}: ")), "{statement}: {error}");
     }
 }
 
@@ -254,17 +228,10 @@ fn files_are_found_as_people_write_them() {
 fn libraries_of_an_obj_file() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.mtl"), "newmtl red\nKd 1 0 0\nmap_Kd t.png\n").unwrap();
-    std::fs::write(
-        folder.path().join("b.mtl"),
-        "newmtl red\nKd 0 1 0\nnewmtl blue\nKd 0 0 1\nPc 1\n",
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("b.mtl"), "newmtl red\nKd 0 1 0\nnewmtl blue\nKd 0 0 1\nPc 1\n").unwrap();
     let path = folder.path().join("scene.obj");
-    std::fs::write(
-        &path,
-        "mtllib a.mtl none.mtl b.mtl\nv 0 0 0\nusemtl red\nf 1 1 1\nusemtl green\nf 1 1 1\n",
-    )
-    .unwrap();
+    std::fs::write(&path, "mtllib a.mtl none.mtl b.mtl\nv 0 0 0\nusemtl red\nf 1 1 1\nusemtl green\nf 1 1 1\n")
+        .unwrap();
     let obj = crate::scene::obj::load(&path).unwrap();
     let found: Vec<&String> = obj.materials.keys().collect();
     assert_eq!(found, ["blue", "red"]);

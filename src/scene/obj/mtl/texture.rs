@@ -9,20 +9,11 @@ use crate::scene::description::ImageTexture;
 use std::path::Path;
 
 /// Reads the arguments of a texture statement; `None` if there is no file name. Faults count from the start of `rest`.
-pub(super) fn read(
-    rest: &[u8],
-    folder: &Path,
-    notes: &mut Notes,
-) -> Result<Option<ImageTexture>, Fault> {
+pub(super) fn read(rest: &[u8], folder: &Path, notes: &mut Notes) -> Result<Option<ImageTexture>, Fault> {
     let argument = lines::name(rest);
     let mut words = Words { text: argument, at: 0 };
-    let mut texture = ImageTexture {
-        path: Default::default(),
-        scale: [1.0; 2],
-        offset: [0.0; 2],
-        nearest: false,
-        tint: Rgb::ONE,
-    };
+    let mut texture =
+        ImageTexture { path: Default::default(), scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE };
     while words.option(&mut texture, notes)? {}
     let name = lines::text(lines::trim(&argument[words.at..]));
     texture.path = paths::resolve(folder, &name);

@@ -80,14 +80,11 @@ fn obj_files(folder: &Path) -> Vec<PathBuf> {
 
 /// `None` where tobj refuses or panics.
 fn tobj_models(path: &Path) -> Option<Vec<tobj::Model>> {
-    let options =
-        tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..Default::default() };
+    let options = tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..Default::default() };
     let loaded = std::panic::catch_unwind(|| {
-        tobj::load_obj_buf(
-            &mut std::io::BufReader::new(std::fs::File::open(path).ok()?),
-            &options,
-            |_| Err(tobj::LoadError::OpenFileFailed),
-        )
+        tobj::load_obj_buf(&mut std::io::BufReader::new(std::fs::File::open(path).ok()?), &options, |_| {
+            Err(tobj::LoadError::OpenFileFailed)
+        })
         .ok()
     });
     loaded.ok().flatten().map(|(models, _)| models)
@@ -108,20 +105,14 @@ fn faces(models: &[tobj::Model], path: &Path) -> Vec<Face> {
                 points: values(&mesh.positions, &mesh.indices, &corners),
                 uvs: values(&mesh.texcoords, &mesh.texcoord_indices, &corners),
                 normals: values(&mesh.normals, &mesh.normal_indices, &corners),
-                written: written
-                    .next()
-                    .unwrap_or_else(|| panic!("{}: fewer faces in the text", path.display())),
+                written: written.next().unwrap_or_else(|| panic!("{}: fewer faces in the text", path.display())),
             });
         }
     }
     faces
 }
 
-fn values<const N: usize>(
-    values: &[f32],
-    indices: &[u32],
-    corners: &Range<usize>,
-) -> Vec<[f32; N]> {
+fn values<const N: usize>(values: &[f32], indices: &[u32], corners: &Range<usize>) -> Vec<[f32; N]> {
     let found = indices.get(corners.clone()).unwrap_or_default();
     found.iter().map(|&i| std::array::from_fn(|k| values[N * i as usize + k])).collect()
 }
@@ -130,8 +121,7 @@ fn values<const N: usize>(
 fn written_attributes(path: &Path) -> Vec<[Option<bool>; 2]> {
     let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
     let words = |line: &str| line.split_whitespace().map(str::to_string).collect();
-    let faces =
-        text.lines().map(words).filter(|words: &Vec<String>| words.len() > 3 && words[0] == "f");
+    let faces = text.lines().map(words).filter(|words: &Vec<String>| words.len() > 3 && words[0] == "f");
     let has = |corner: &String, k: usize| corner.split('/').nth(k).is_some_and(|i| !i.is_empty());
     let attribute = |face: &[String], k: usize| match face.iter().filter(|c| has(c, k)).count() {
         0 => Some(false),
@@ -156,14 +146,7 @@ fn compare(obj: &Obj, face: &Face, triangle: usize, tally: &mut Tally, at: &str)
         }
         assert_eq!(ours, [points[0], points[k + 1], points[k + 2]], "{at}");
         let uvs = compare_attribute(&obj.mesh.uvs, triangle + k, &face.uvs, k, face.written[0], at);
-        let normals = compare_attribute(
-            &obj.mesh.normals,
-            triangle + k,
-            &face.normals,
-            k,
-            face.written[1],
-            at,
-        );
+        let normals = compare_attribute(&obj.mesh.normals, triangle + k, &face.normals, k, face.written[1], at);
         for (i, found) in [uvs, normals].into_iter().enumerate() {
             *(if found { &mut tally.attributes[i] } else { &mut tally.bare[i] }) += 1;
         }
@@ -194,9 +177,8 @@ fn compare_attribute<const N: usize>(
 fn is_convex(points: &[[f32; 3]]) -> bool {
     let points: Vec<glam::DVec3> = points.iter().map(|&p| glam::Vec3::from(p).as_dvec3()).collect();
     let n = points.len();
-    let turns: Vec<_> = (0..n)
-        .map(|i| (points[(i + 1) % n] - points[i]).cross(points[(i + 2) % n] - points[(i + 1) % n]))
-        .collect();
+    let turns: Vec<_> =
+        (0..n).map(|i| (points[(i + 1) % n] - points[i]).cross(points[(i + 2) % n] - points[(i + 1) % n])).collect();
     let normal = turns.iter().sum::<glam::DVec3>();
     turns.iter().all(|turn| turn.dot(normal) > 1e-6 * normal.length_squared())
 }

@@ -39,8 +39,7 @@ fn lookup(table: &[(&str, usize)], file: &str) -> Option<usize> {
 
 #[test]
 fn fixtures_load_as_expected() {
-    let Some(folder) = scenes("fixtures_load_as_expected").map(|scenes| scenes.join("nasty"))
-    else {
+    let Some(folder) = scenes("fixtures_load_as_expected").map(|scenes| scenes.join("nasty")) else {
         return;
     };
     let expected = std::fs::read_to_string(folder.join("EXPECTED.tsv")).unwrap();

@@ -37,10 +37,8 @@ fn flat(points: &[[f32; 2]]) -> Vec<[f32; 3]> {
 
 #[test]
 fn convex_polygons_are_fans() {
-    let ring: Vec<[f32; 3]> = (0..9)
-        .map(|i| (i as f32 / 9.0).to_radians() * 360.0)
-        .map(|t| [t.cos(), 3.0, t.sin()])
-        .collect();
+    let ring: Vec<[f32; 3]> =
+        (0..9).map(|i| (i as f32 / 9.0).to_radians() * 360.0).map(|t| [t.cos(), 3.0, t.sin()]).collect();
     for n in 3..=9 {
         assert_eq!(cut(&ring[..n]), fan(n));
     }
@@ -62,8 +60,7 @@ fn a_concave_quadrilateral_is_cut_at_its_reflex_corner() {
 
 #[test]
 fn concave_polygons_are_tiled() {
-    let comb: Vec<[f32; 2]> =
-        (0..40).map(|i| [i as f32 * 0.5, if i % 2 == 0 { 0.0 } else { 5.0 }]).collect();
+    let comb: Vec<[f32; 2]> = (0..40).map(|i| [i as f32 * 0.5, if i % 2 == 0 { 0.0 } else { 5.0 }]).collect();
     let comb: Vec<[f32; 2]> = [[19.5, 9.0], [0.0, 9.0]].into_iter().chain(comb).collect();
     let step = [[2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0], [0.0, 0.0]];
     // A square hole, reached along a bridge.
@@ -88,8 +85,7 @@ fn concave_polygons_are_tiled() {
 
 #[test]
 fn corners_in_line_are_no_obstacle() {
-    let square =
-        [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 1.0], [0.0, 2.0], [0.0, 1.0]];
+    let square = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 1.0], [0.0, 2.0], [0.0, 1.0]];
     let points = flat(&square);
     assert!(excess(&points, &cut(&points)).abs() < 1e-9);
 }
@@ -105,8 +101,7 @@ fn degenerate_polygons_are_cut_somehow() {
 
 #[test]
 fn huge_concave_polygons_are_refused() {
-    let saw: Vec<[f32; 3]> =
-        (0..=LARGEST_CONCAVE as u32).map(|i| [i as f32, (i % 2) as f32, 0.0]).collect();
+    let saw: Vec<[f32; 3]> = (0..=LARGEST_CONCAVE as u32).map(|i| [i as f32, (i % 2) as f32, 0.0]).collect();
     assert!(!triangulate(&saw, &mut Vec::new()));
     assert!(triangulate(&saw[1..], &mut Vec::new()));
 }

@@ -29,8 +29,7 @@ struct Writer {
 
 impl Writer {
     fn write(seed: u64) -> Written {
-        let mut writer =
-            Writer { rng: Rng::new(seed), out: Written::default(), material: String::new() };
+        let mut writer = Writer { rng: Rng::new(seed), out: Written::default(), material: String::new() };
         for _ in 0..3 {
             writer.position();
         }
@@ -165,8 +164,7 @@ impl Writer {
         let n = [3, 3, 3, 4, 4, 5, 9][self.below(7)];
         let (corners, words): (Vec<[u32; 3]>, Vec<String>) = (0..n).map(|_| self.corner()).unzip();
         self.statement("f", &words);
-        let points: Vec<[f32; 3]> =
-            corners.iter().map(|c| self.out.positions[c[0] as usize]).collect();
+        let points: Vec<[f32; 3]> = corners.iter().map(|c| self.out.positions[c[0] as usize]).collect();
         let mut pieces = Vec::new();
         assert!(triangulate(&points, &mut pieces));
         for piece in pieces {
@@ -195,8 +193,7 @@ fn assert_loads_as_written(written: &Written, block: u64) {
     assert_eq!(uvs, attribute(&written.uvs, &written.uv_indices), "{}", written.text);
     let normals = mesh.normals.as_ref().map(|a| (a.values.clone(), a.indices.clone()));
     assert_eq!(normals, attribute(&written.normals, &written.normal_indices), "{}", written.text);
-    let names: Vec<&str> =
-        mesh.materials.iter().map(|&m| &*obj.material_names[m as usize]).collect();
+    let names: Vec<&str> = mesh.materials.iter().map(|&m| &*obj.material_names[m as usize]).collect();
     assert_eq!(names, written.materials, "{}", written.text);
 }
 

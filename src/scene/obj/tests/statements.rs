@@ -115,8 +115,7 @@ fn names_are_lossy_and_keep_blanks_and_number_signs() {
 
 #[test]
 fn only_used_names_are_listed() {
-    let obj =
-        with_triangle("f 1 2 3\nusemtl unused\nusemtl b\nf 1 2 3 1\nusemtl a\nf 1 2 3\nusemtl c\n");
+    let obj = with_triangle("f 1 2 3\nusemtl unused\nusemtl b\nf 1 2 3 1\nusemtl a\nf 1 2 3\nusemtl c\n");
     assert_eq!(obj.material_names, ["", "b", "a"]);
     assert_eq!(obj.mesh.materials, [0, 1, 1, 2]);
     assert_eq!(warnings(&obj), [(6, "2 material names are in no MTL file: `a`, `b`")]);
@@ -174,10 +173,7 @@ fn the_first_fault_counts_whatever_the_blocks() {
     let text = format!("{TRIANGLE}f 1 2 7\nf 1 2 8\nf 1 2 9\n");
     for block in [1, 5, 1 << 20] {
         let error = load_text(&text, block).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "test.obj:4:7: vertex index 7 is out of range: the file has 3"
-        );
+        assert_eq!(error.to_string(), "test.obj:4:7: vertex index 7 is out of range: the file has 3");
     }
 }
 
@@ -204,19 +200,14 @@ fn triangles_go_without_broken_attributes() {
     }
     let obj = with_triangle("vt nan\nf 1/1 2/1 3/1\n");
     assert!(obj.mesh.uvs.is_none());
-    assert_eq!(
-        warnings(&obj),
-        [(4, "1 texture coordinates are not finite; 1 triangles go without")]
-    );
+    assert_eq!(warnings(&obj), [(4, "1 texture coordinates are not finite; 1 triangles go without")]);
 }
 
 #[test]
 fn a_missing_library_is_a_warning() {
     let obj = with_triangle("mtllib /no/such.mtl\nf 1 2 3\n");
     assert_eq!(obj.warnings.len(), 1);
-    assert!(
-        obj.warnings[0].to_string().starts_with("test.obj:4: material library `/no/such.mtl`: ")
-    );
+    assert!(obj.warnings[0].to_string().starts_with("test.obj:4: material library `/no/such.mtl`: "));
 }
 
 #[test]
@@ -233,8 +224,7 @@ fn blocks_are_whole_logical_lines() {
     std::fs::write(&path, text).unwrap();
     for source in [Source::open(&path).unwrap(), Source::memory(&path, text.into())] {
         let blocks = source.blocks(1).unwrap();
-        let parts: Vec<&str> =
-            blocks.iter().map(|b| &text[b.start as usize..b.end as usize]).collect();
+        let parts: Vec<&str> = blocks.iter().map(|b| &text[b.start as usize..b.end as usize]).collect();
         let expected = ["v 0 \\\n 0 0\r\n", "v 1 \\\r\n0 0\n", "\n", "# end \\\nf 1 1 1"];
         assert_eq!(parts, expected);
     }
