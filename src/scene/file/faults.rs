@@ -43,7 +43,7 @@ fn unknown_keys_and_values_are_refused_with_a_suggestion() {
         (
             "[material.A]\ntype = 'diffuse'\nopacity = { texture = 'a.png', tint = 1 }",
             "3:32: unknown key `tint` in `opacity` of [material.A]: known are `texture`, `scale`, \
-             `offset` and `nearest`",
+             `offset`, `nearest` and `channel`",
         ),
         (
             "# é\n[film]\n\"é\" = 0 ",
@@ -109,7 +109,8 @@ fn numbers_out_of_range_are_refused() {
             "2:8: `vfov` must be greater than 0 and less than 180, found 179.9999999999",
         ),
         ("[integrator]\nmax_depth = 0", "2:13: `max_depth` must be between 1 and 4294967295, found 0"),
-        ("[guiding]\nbsdf_fraction = 1.5", "2:17: `bsdf_fraction` must be between 0 and 1, found 1.5"),
+        ("[guiding]\nlambda = 1.5", "2:10: `lambda` must be between 0 and 1, found 1.5"),
+        ("[guiding]\nbsdf_fraction = 0", "2:17: `bsdf_fraction` must be greater than 0 and at most 1, found 0"),
         (
             "[guiding]\nmemory = '12 XB'",
             "2:10: `memory` must be 1 or more bytes, or text with a unit \

@@ -4,6 +4,7 @@ use super::reader::Reader;
 use super::scattering::{KINDS, Kind};
 use super::tree::{At, Fault, from_toml};
 use super::*;
+use crate::scene::description::ScalarTexture;
 use std::collections::{BTreeMap, BTreeSet};
 
 const PAGE: &str = include_str!("../../../docs/scene-file.md");
@@ -23,6 +24,7 @@ const MINIMAL: &[(&str, &str)] = &[
     ("plastic", "[material.A]\ntype = 'plastic'\n"),
     ("principled", "[material.A]\ntype = 'principled'\n"),
     ("texture", "[material.A]\ntype = 'diffuse'\n[material.A.reflectance]\ntexture = 'a.png'\n"),
+    ("opacity", "[material.A]\ntype = 'diffuse'\n[material.A.opacity]\ntexture = 'a.png'\n"),
     ("[[light]]", "[[light]]\ntype = 'constant'\nradiance = 1\n"),
     ("constant", "[[light]]\ntype = 'constant'\nradiance = 1\n"),
     ("environment", "[[light]]\ntype = 'environment'\npath = 'a.exr'\n"),
@@ -82,6 +84,12 @@ fn sections_have_the_page_s_keys() {
     check("[[mesh]]", &mut |t| world::mesh(t, base).map(drop));
     check("rotate", &mut |t| world::rotation(t).map(drop));
     check("texture", &mut |t| textures::color_image(t, None, base).map(drop));
+
+    let mut channel: textures::Channel = ScalarTexture::Image;
+    let opacity = asked(body("texture"), |t| textures::scalar_image(t, None, &mut channel, base));
+    let colour = keys(&page, "texture");
+    let own: BTreeSet<_> = opacity.difference(&colour).cloned().collect();
+    assert_eq!(own, keys(&page, "opacity"), "`opacity` has keys of its own");
 }
 
 #[test]

@@ -36,22 +36,34 @@ pub(super) fn scalar(
     let Some(node) = t.take(key) else { return Ok(()) };
     *slot = Some(match &node.value {
         Value::Table(_) => {
-            let (current, mut channel): (_, fn(ImageTexture) -> ScalarTexture) = match slot {
+            let (current, mut channel): (_, Channel) = match slot {
                 Some(ScalarTexture::Image(image)) => (Some(image.clone()), ScalarTexture::Image),
                 Some(ScalarTexture::Luminance(image)) => (Some(image.clone()), ScalarTexture::Luminance),
                 _ => (None, ScalarTexture::Image),
             };
             let mut t = Reader::new(texture_label(t, key), node)?;
-            let image = image(&mut t, current, base)?;
-            let channels: [(_, fn(ImageTexture) -> ScalarTexture); 2] =
-                [("alpha", ScalarTexture::Image), ("luminance", ScalarTexture::Luminance)];
-            t.choice("channel", &channels, &mut channel)?;
+            let image = scalar_image(&mut t, current, &mut channel, base)?;
             channel(finish(t, image)?)
         }
         Value::Integer(_) | Value::Float(_) => ScalarTexture::Constant(node.number(key, UNIT)?),
         _ => return Err(node.mismatch(key, "a number or { texture = \"file\" }")),
     });
     Ok(())
+}
+
+/// Which number of a picture counts.
+pub(super) type Channel = fn(ImageTexture) -> ScalarTexture;
+
+pub(super) fn scalar_image(
+    t: &mut Reader,
+    current: Option<ImageTexture>,
+    channel: &mut Channel,
+    base: &Path,
+) -> Result<ImageTexture, Fault> {
+    let channels: [(_, Channel); 2] = [("alpha", ScalarTexture::Image), ("luminance", ScalarTexture::Luminance)];
+    let image = image(t, current, base)?;
+    t.choice("channel", &channels, channel)?;
+    Ok(image)
 }
 
 fn texture_label(t: &Reader, key: &str) -> String {
