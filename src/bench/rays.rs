@@ -62,10 +62,15 @@ fn measure_set(scene: &Scene, set: RaySet, rays: &[Ray], turns: usize) -> Vec<Ra
         }
     }
     let rates: Vec<f64> = seconds.iter_mut().map(|s| rays.len() as f64 / median(s) * 1e-6).collect();
-    let figure = |(((order, _), (width, coherent)), rate): (&(&(&'static str, Vec<Ray>), (usize, bool)), &f64)| {
-        RayFigure { set, order, width: *width, coherent: *coherent, mrays_per_second: *rate, ratio: rate / rates[0] }
-    };
-    variants.iter().zip(&rates).map(figure).collect()
+    let figures = variants.iter().zip(&rates).map(|(((order, _), (width, coherent)), &rate)| RayFigure {
+        set,
+        order,
+        width: *width,
+        coherent: *coherent,
+        mrays_per_second: rate,
+        ratio: rate / rates[0],
+    });
+    figures.collect()
 }
 
 fn time(scene: &Scene, set: RaySet, rays: &[Ray], width: usize, coherent: bool) -> f64 {
@@ -117,7 +122,7 @@ fn ray_sets(scene: &Scene) -> [(RaySet, Vec<Ray>); 4] {
         let block = (i / 16) % blocks;
         (block % blocks_across * 4 + i % 4, block / blocks_across * 4 + i % 16 / 4)
     };
-    let first: Vec<Ray> = (0..RAYS).map(|i| pixel(i)).map(|(x, y)| camera.ray(x, y, rng.f32x2())).collect();
+    let first: Vec<Ray> = (0..RAYS).map(pixel).map(|(x, y)| camera.ray(x, y, rng.f32x2())).collect();
     let (bounce1, shadow) = bounce(scene, &first, &mut rng);
     let (bounce2, _) = bounce(scene, &bounce1, &mut rng);
     [(RaySet::Camera, first), (RaySet::Bounce1, bounce1), (RaySet::Bounce2, bounce2), (RaySet::Shadow, shadow)]

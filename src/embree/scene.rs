@@ -28,6 +28,7 @@ pub struct Scene {
     device: Arc<Device>,
     /// Embree reads these buffers during queries: they are kept until the scene is released.
     meshes: Vec<Arc<Mesh>>,
+    #[allow(clippy::vec_box, reason = "Embree keeps their addresses, which a growing vector would change")]
     filters: Vec<Box<Filter>>,
     instanced: Vec<Arc<Scene>>,
 }

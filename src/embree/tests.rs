@@ -9,7 +9,8 @@ fn bumpy_ball(n: u32) -> Arc<Mesh> {
     let mut mesh = Mesh::default();
     for i in 0..=n {
         for j in 0..=n {
-            let (theta, phi) = (i as f32 / n as f32 * 3.14159, j as f32 / n as f32 * 6.28318);
+            let (theta, phi) =
+                (i as f32 / n as f32 * std::f32::consts::PI, j as f32 / n as f32 * std::f32::consts::TAU);
             let r = 1.0 + 0.1 * (7.0 * theta).sin() * (5.0 * phi).cos();
             mesh.positions.push([r * theta.sin() * phi.cos(), r * theta.cos(), r * theta.sin() * phi.sin()]);
         }
