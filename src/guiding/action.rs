@@ -25,6 +25,12 @@ impl Strata {
         self.cosines.len()
     }
 
+    /// Strata along each side of the square.
+    #[inline]
+    pub fn side(&self) -> usize {
+        self.side as usize
+    }
+
     /// Solid angle of one stratum, 2π/K sr.
     #[inline]
     pub fn solid_angle(&self) -> f32 {

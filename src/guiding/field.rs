@@ -23,8 +23,9 @@ pub struct Field {
     strata: Strata,
     /// Open addressing with linear probing, at most half full; `EMPTY` ends a probe.
     slots: Vec<(StateKey, u32)>,
-    /// Row by row, the distribution function over strata of Q·cosθ; the last of a row is 1.
-    cdf: Vec<f32>,
+    /// Row by row, the distribution function over strata of Q·cosθ, its last value being 1; before it, its values at
+    /// the end of each line of strata, so that a draw reads two short runs instead of the whole row.
+    rows: Vec<f32>,
     /// Per row, ∫ Q cosθ dω over the hemisphere.
     irradiance: Vec<f32>,
 }
@@ -40,7 +41,8 @@ const EMPTY: (StateKey, u32) = (StateKey(u64::MAX), u32::MAX);
 pub struct GuidingDistribution<'f> {
     strata: &'f Strata,
     frame: &'f Frame,
-    cdf: &'f [f32],
+    /// As in `Field::rows`.
+    row: &'f [f32],
     /// ∫ Q cosθ dω: the state's irradiance (luminance) from what the table holds.
     pub irradiance: f32,
 }
@@ -48,7 +50,7 @@ pub struct GuidingDistribution<'f> {
 impl Field {
     /// A field that knows nothing yet.
     pub fn empty(grid: Grid, strata: Strata) -> Field {
-        Field { grid, strata, slots: vec![EMPTY; 2], cdf: Vec::new(), irradiance: Vec::new() }
+        Field { grid, strata, slots: vec![EMPTY; 2], rows: Vec::new(), irradiance: Vec::new() }
     }
 
     /// Freezes what the learner knows now.
@@ -61,14 +63,13 @@ impl Field {
             .filter(|(_, entries)| entries.iter().map(|e| e.visits).sum::<f32>() >= MIN_VISITS)
             .filter(|(_, entries)| entries.iter().any(|e| e.q > 0.0))
             .collect();
-        let actions = strata.count();
-        let mut cdf = vec![0.0; usable.len() * actions];
+        let mut rows = vec![0.0; usable.len() * row_length(strata)];
         let mut irradiance = vec![0.0; usable.len()];
-        (cdf.par_chunks_exact_mut(actions), &mut irradiance, &usable)
+        (rows.par_chunks_exact_mut(row_length(strata)), &mut irradiance, &usable)
             .into_par_iter()
-            .for_each(|(cdf, irradiance, (_, entries))| *irradiance = distribution(strata, entries, cdf));
+            .for_each(|(row, irradiance, (_, entries))| *irradiance = fill_row(strata, entries, row));
         self.slots = hash_slots(usable.iter().map(|(key, _)| *key));
-        (self.cdf, self.irradiance) = (cdf, irradiance);
+        (self.rows, self.irradiance) = (rows, irradiance);
     }
 
     pub fn grid(&self) -> &Grid {
@@ -83,11 +84,11 @@ impl Field {
         loop {
             let (found, row) = self.slots[at];
             if found == key {
-                let (row, actions) = (row as usize, self.strata.count());
+                let (row, length) = (row as usize, row_length(&self.strata));
                 return Some(GuidingDistribution {
                     strata: &self.strata,
                     frame: self.grid.frame(key),
-                    cdf: &self.cdf[row * actions..(row + 1) * actions],
+                    row: &self.rows[row * length..(row + 1) * length],
                     irradiance: self.irradiance[row],
                 });
             }
@@ -116,12 +117,12 @@ impl Field {
 
     /// Bytes of the snapshot.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.cdf[..]) + size_of_val(&self.irradiance[..]) + size_of_val(&self.slots[..])
+        size_of_val(&self.rows[..]) + size_of_val(&self.irradiance[..]) + size_of_val(&self.slots[..])
     }
 
-    /// Bytes that one state adds to a snapshot of `actions` strata.
-    pub fn bytes_per_state(actions: usize) -> usize {
-        (actions + 1) * size_of::<f32>() + 4 * size_of::<(StateKey, u32)>()
+    /// Bytes that one state adds to a snapshot, its places in a hash at worst a quarter full included.
+    pub fn bytes_per_state(strata: &Strata) -> usize {
+        (row_length(strata) + 1) * size_of::<f32>() + 4 * size_of::<(StateKey, u32)>()
     }
 }
 
@@ -129,7 +130,12 @@ impl GuidingDistribution<'_> {
     /// A direction in world space; its density is `pdf` of it.
     #[inline]
     pub fn sample(&self, u_stratum: f32, u: [f32; 2]) -> Vec3 {
-        let k = self.cdf.partition_point(|&c| c <= u_stratum).min(self.cdf.len() - 1);
+        let side = self.strata.side();
+        let (ends, cdf) = self.row.split_at(side);
+        // counting instead of searching: no branch to guess wrong, and it runs in vectors
+        let before = |values: &[f32]| values.iter().map(|&c| (c <= u_stratum) as usize).sum::<usize>();
+        let line = before(&ends[..side - 1]);
+        let k = line * side + before(&cdf[line * side..(line + 1) * side - 1]);
         self.frame.to_world(self.strata.direction(k, u))
     }
 
@@ -137,13 +143,19 @@ impl GuidingDistribution<'_> {
     #[inline]
     pub fn pdf(&self, w: Vec3) -> f32 {
         let Some(k) = self.strata.index(self.frame.to_local(w)) else { return 0.0 };
-        let below = if k == 0 { 0.0 } else { self.cdf[k - 1] };
-        self.strata.density(self.cdf[k] - below)
+        let cdf = &self.row[self.strata.side()..];
+        let below = if k == 0 { 0.0 } else { cdf[k - 1] };
+        self.strata.density(cdf[k] - below)
     }
 }
 
-/// Fills the distribution function of Q·cosθ over the strata and returns ∫ Q cosθ dω.
-fn distribution(strata: &Strata, entries: &[Entry], cdf: &mut [f32]) -> f32 {
+fn row_length(strata: &Strata) -> usize {
+    strata.count() + strata.side()
+}
+
+/// Fills a row for drawing from Q·cosθ and returns ∫ Q cosθ dω.
+fn fill_row(strata: &Strata, entries: &[Entry], row: &mut [f32]) -> f32 {
+    let (ends, cdf) = row.split_at_mut(strata.side());
     let visits: f64 = entries.iter().map(|e| e.visits as f64).sum();
     let mean = (entries.iter().map(|e| e.q as f64 * e.visits as f64).sum::<f64>() / visits) as f32;
     let mut sum = 0.0f64;
@@ -155,6 +167,7 @@ fn distribution(strata: &Strata, entries: &[Entry], cdf: &mut [f32]) -> f32 {
     let scale = (1.0 / sum) as f32;
     cdf.iter_mut().for_each(|c| *c = (*c * scale).min(1.0));
     cdf[cdf.len() - 1] = 1.0;
+    ends.iter_mut().zip(cdf.chunks_exact(strata.side())).for_each(|(end, line)| *end = line[line.len() - 1]);
     sum as f32 * strata.solid_angle()
 }
 

@@ -38,7 +38,7 @@ impl Guide {
         }
         let strata = Strata::new(settings.strata);
         let actions = strata.count();
-        let per_state = Shard::bytes_per_state(actions) + Field::bytes_per_state(actions);
+        let per_state = Shard::bytes_per_state(actions) + Field::bytes_per_state(&strata);
         let states = (settings.memory / per_state as u64).min(u32::MAX as u64) as usize;
         let grid = Grid::new(bounds.0, bounds.1, settings.resolution, settings.normals);
         Some(Guide {

@@ -106,7 +106,10 @@ fn neighbours(x: f32, count: usize) -> (usize, usize, f32) {
     // One texel further, so that the number to truncate is positive.
     let x = x * count as f32 + 0.5;
     let second = x as usize;
-    ((second + count - 1) % count, second % count, x - second as f32)
+    // x is at most count + ½; no division: it would take longer than all the rest
+    let wrapped = if second >= count { second - count } else { second };
+    let first = if wrapped == 0 { count - 1 } else { wrapped - 1 };
+    (first, wrapped, x - second as f32)
 }
 
 /// How a material uses a texture: a resolved [`ImageTexture`].
