@@ -80,9 +80,8 @@ fn beauty(estimate: &Estimate) -> Image {
 
 fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Result<()> {
     let e = &rendering.estimate;
-    let features = |f: fn(&crate::integrator::batch::Features) -> crate::math::Rgb| -> Vec<_> {
-        e.features.iter().map(f).collect()
-    };
+    let features =
+        |f: fn(&crate::film::tile::Features) -> crate::math::Rgb| -> Vec<_> { e.features.iter().map(f).collect() };
     let layers = vec![
         Layer::color("", &e.mean),
         Layer::color("variance", &e.variance),

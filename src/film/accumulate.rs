@@ -1,7 +1,6 @@
 //! The film: sums of samples, iteration by iteration, and how iterations become one picture.
 
-use crate::integrator::batch::Features;
-use crate::integrator::{BatchResult, Task};
+use super::tile::{Features, Tile, TileSamples};
 use crate::math::{Rgb, luminance};
 use crate::scene::description::Combine;
 
@@ -22,7 +21,7 @@ struct Group {
     samples: u32,
 }
 
-/// Accumulates what tasks bring back. Memory is constant in the number of samples.
+/// Accumulates what tiles bring back. Memory is constant in the number of samples.
 #[derive(Clone, Debug)]
 pub struct Film {
     width: u32,
@@ -70,19 +69,16 @@ impl Film {
         }
     }
 
-    /// Adds what a task brought back. Call `add_samples` once all pixels have theirs.
-    pub fn add(&mut self, task: &Task, result: &BatchResult) {
-        for y in 0..task.height {
-            let from = (y * task.width) as usize..((y + 1) * task.width) as usize;
-            let to = ((task.y + y) * self.width + task.x) as usize;
+    /// Adds what was sampled in a tile. Call `add_samples` once all pixels have theirs.
+    pub fn add(&mut self, tile: &Tile, samples: &TileSamples) {
+        for y in 0..tile.height {
+            let from = (y * tile.width) as usize..((y + 1) * tile.width) as usize;
+            let to = ((tile.y + y) * self.width + tile.x) as usize;
             for (k, i) in from.enumerate() {
-                self.group.sum[to + k] += result.sum[i];
-                self.group.sum_squares[to + k] += result.sum_squares[i];
-                if let Some(f) = result.features.get(i) {
-                    let sum = &mut self.features[to + k];
-                    sum.albedo += f.albedo;
-                    sum.normal += f.normal;
-                    sum.depth += f.depth;
+                self.group.sum[to + k] += samples.sum[i];
+                self.group.sum_squares[to + k] += samples.sum_squares[i];
+                if let Some(&features) = samples.features.get(i) {
+                    self.features[to + k] += features;
                 }
             }
         }
@@ -123,7 +119,7 @@ impl Film {
             mean: per_pixel(&film.mean, 1),
             variance: per_pixel(&film.variance, 2),
             samples: film.samples,
-            features: self.features.iter().map(|f| f.scaled(share)).collect(),
+            features: self.features.iter().map(|&f| f * share).collect(),
         }
     }
 
@@ -190,12 +186,6 @@ impl Group {
     }
 }
 
-impl Features {
-    fn scaled(&self, k: f32) -> Features {
-        Features { albedo: self.albedo * k, normal: self.normal * k, depth: self.depth * k }
-    }
-}
-
 /// Colour of pixel `i` on a checkerboard.
 fn parity(i: usize, width: usize) -> usize {
     (i % width + i / width) % 2
@@ -206,17 +196,17 @@ mod tests {
     use super::*;
     use crate::math::rng::Rng;
 
-    fn task(side: u32) -> Task {
-        Task { x: 0, y: 0, width: side, height: side, first_sample: 0, samples: 1 }
+    fn tile(side: u32) -> Tile {
+        Tile { x: 0, y: 0, width: side, height: side }
     }
 
     /// `spp` samples of uniform noise of the given width about 1 in every pixel.
     fn add_noise(film: &mut Film, spp: u32, width: f32, rng: &mut Rng) {
-        let task = task(film.width);
+        let tile = tile(film.width);
         for _ in 0..spp {
-            let sum: Vec<Rgb> = (0..task.pixels()).map(|_| Rgb::splat(1.0 + width * (rng.f32() - 0.5))).collect();
+            let sum: Vec<Rgb> = (0..tile.pixels()).map(|_| Rgb::splat(1.0 + width * (rng.f32() - 0.5))).collect();
             let sum_squares = sum.iter().map(|&v| v * v).collect();
-            film.add(&task, &BatchResult { sum, sum_squares, ..BatchResult::default() });
+            film.add(&tile, &TileSamples { sum, sum_squares, ..TileSamples::default() });
         }
         film.add_samples(spp, false);
         film.end_iteration();
@@ -258,9 +248,9 @@ mod tests {
     #[test]
     fn a_black_film_stays_black_and_finite() {
         let mut film = Film::new(8, 8, Combine::InverseVariance);
-        let t = task(8);
+        let t = tile(8);
         let black =
-            || BatchResult { sum: vec![Rgb::ZERO; 64], sum_squares: vec![Rgb::ZERO; 64], ..BatchResult::default() };
+            || TileSamples { sum: vec![Rgb::ZERO; 64], sum_squares: vec![Rgb::ZERO; 64], ..TileSamples::default() };
         for _ in 0..16 {
             film.add(&t, &black());
         }
@@ -278,7 +268,7 @@ mod tests {
                 for _ in 0..spp {
                     let sum: Vec<Rgb> = (0..256).map(|_| Rgb::splat(scale * rng.f32())).collect();
                     let sum_squares = sum.iter().map(|&v| v * v).collect();
-                    film.add(&task(16), &BatchResult { sum, sum_squares, ..BatchResult::default() });
+                    film.add(&tile(16), &TileSamples { sum, sum_squares, ..TileSamples::default() });
                 }
                 film.add_samples(spp, false);
                 film.end_iteration();

@@ -8,6 +8,7 @@ pub mod exr;
 pub mod image;
 pub mod png;
 pub mod srgb;
+pub mod tile;
 
 #[cfg(test)]
 pub(crate) mod tests {

@@ -2,29 +2,23 @@
 
 use super::backup::Vertex;
 use crate::embree::{HitBatch, ShadowBatch};
+use crate::film::tile::{Features, Tile, TileSamples};
 use crate::guiding::Recorder;
 use crate::math::{Rgb, rng::Rng};
 use std::time::Duration;
 
-/// A rectangle of pixels and the samples to take of each.
+/// A tile and the samples to take of each of its pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Task {
-    pub x: u32,
-    pub y: u32,
-    pub width: u32,
-    pub height: u32,
+    pub tile: Tile,
     /// Index of the first sample, counted over the whole render.
     pub first_sample: u32,
     pub samples: u32,
 }
 
 impl Task {
-    pub fn pixels(&self) -> usize {
-        (self.width * self.height) as usize
-    }
-
     pub fn paths(&self) -> usize {
-        self.pixels() * self.samples as usize
+        self.tile.pixels() * self.samples as usize
     }
 }
 
@@ -113,24 +107,10 @@ impl Default for Batch {
     }
 }
 
-/// What the first hit of a camera ray looks like; zero where it leaves the scene.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Features {
-    pub albedo: Rgb,
-    /// Shading normal in world space, facing the camera.
-    pub normal: Rgb,
-    /// Distance along the ray.
-    pub depth: f32,
-}
-
 /// What a task brings back.
 #[derive(Default)]
 pub struct BatchResult {
-    /// Per pixel of the task, row by row: Σ L and Σ L² over its samples.
-    pub sum: Vec<Rgb>,
-    pub sum_squares: Vec<Rgb>,
-    /// Per pixel, summed over the samples; empty where not asked for.
-    pub features: Vec<Features>,
+    pub samples: TileSamples,
     pub recorder: Option<Recorder>,
     pub counters: Counters,
 }

@@ -1,10 +1,11 @@
 //! The path tracer: a batch of paths, advanced bounce by bounce.
 
 use super::backup::{self, Vertex};
-use super::batch::{Batch, BatchResult, Counters, Features, Task};
+use super::batch::{Batch, BatchResult, Counters, Task};
 use super::mixture::Mixture;
 use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, Hit, Ray};
+use crate::film::tile::{Features, TileSamples};
 use crate::geometry::SurfaceInteraction;
 use crate::guiding::{Field, Recorder, StateKey};
 use crate::math::{Rgb, rng::Rng};
@@ -72,6 +73,7 @@ impl Walk<'_, '_> {
     /// Camera rays, sample by sample, pixels in blocks of 4×4 so that a packet looks one way.
     fn generate(&mut self) {
         let (task, integrator, b) = (self.task, self.integrator, &mut *self.batch);
+        let tile = task.tile;
         b.rays.clear();
         b.paths.clear();
         b.radiance.clear();
@@ -80,9 +82,9 @@ impl Walk<'_, '_> {
         b.features.resize(if integrator.features { task.paths() } else { 0 }, Features::default());
         let camera = &integrator.scene.camera;
         for sample in 0..task.samples {
-            for (x, y) in blocks(task.width, task.height) {
-                let slot = sample * task.pixels() as u32 + y * task.width + x;
-                let (px, py) = (task.x + x, task.y + y);
+            for (x, y) in blocks(tile.width, tile.height) {
+                let slot = sample * tile.pixels() as u32 + y * tile.width + x;
+                let (px, py) = (tile.x + x, tile.y + y);
                 let mut rng = Rng::for_path(integrator.seed, py * camera.width + px, task.first_sample + sample);
                 b.rays.push(&camera.ray(px, py, rng.f32x2()));
                 b.paths.push_camera(slot, rng);
@@ -313,34 +315,29 @@ impl Walk<'_, '_> {
 
     /// Sums over the samples of each pixel. A sample that is not finite is counted and left out as black.
     fn gather(mut self) -> BatchResult {
-        let (task, pixels) = (self.task, self.task.pixels());
-        let mut result = BatchResult {
+        let (tile, pixels) = (self.task.tile, self.task.tile.pixels());
+        let mut samples = TileSamples {
             sum: vec![Rgb::ZERO; pixels],
             sum_squares: vec![Rgb::ZERO; pixels],
             features: vec![Features::default(); if self.integrator.features { pixels } else { 0 }],
-            ..BatchResult::default()
         };
-        for (slot, radiance) in self.batch.radiance.iter().enumerate() {
+        for (slot, &radiance) in self.batch.radiance.iter().enumerate() {
             let pixel = slot % pixels;
             if !radiance.is_finite() {
                 self.counters.non_finite += 1;
-                let (x, y) = (task.x + pixel as u32 % task.width, task.y + pixel as u32 / task.width);
-                let sample = task.first_sample + (slot / pixels) as u32;
+                let (x, y) = (tile.x + pixel as u32 % tile.width, tile.y + pixel as u32 / tile.width);
+                let sample = self.task.first_sample + (slot / pixels) as u32;
                 self.counters.first_non_finite.get_or_insert((x, y, sample));
                 continue;
             }
-            self.counters.zero_contribution += (*radiance == Rgb::ZERO) as u64;
-            result.sum[pixel] += *radiance;
-            result.sum_squares[pixel] += *radiance * *radiance;
+            self.counters.zero_contribution += (radiance == Rgb::ZERO) as u64;
+            samples.sum[pixel] += radiance;
+            samples.sum_squares[pixel] += radiance * radiance;
         }
-        for (slot, f) in self.batch.features.iter().enumerate() {
-            let sum = &mut result.features[slot % pixels];
-            sum.albedo += f.albedo;
-            sum.normal += f.normal;
-            sum.depth += f.depth;
+        for (slot, &features) in self.batch.features.iter().enumerate() {
+            samples.features[slot % pixels] += features;
         }
-        result.counters = self.counters;
-        result
+        BatchResult { samples, recorder: None, counters: self.counters }
     }
 }
 

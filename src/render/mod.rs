@@ -164,7 +164,7 @@ impl<'a> Driver<'a> {
         for round in self.tiling.rounds(self.samples, samples) {
             let results = self.trace(&round, features, learn);
             for (task, result) in round.iter().zip(&results) {
-                self.film.add(task, result);
+                self.film.add(&task.tile, &result.samples);
                 report.counters.add(&result.counters);
                 self.paths += result.counters.paths;
             }

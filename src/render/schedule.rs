@@ -1,5 +1,6 @@
 //! How a render is cut up: iterations of doubling length, passes over the image, rounds of tasks.
 
+use crate::film::tile::Tile;
 use crate::integrator::Task;
 
 /// Paths in a round. Between rounds the guide learns and the clock is looked at; fixed, so that no result depends
@@ -33,7 +34,7 @@ impl Tiling {
         for y in (0..self.height).step_by(self.side as usize) {
             for x in (0..self.width).step_by(self.side as usize) {
                 let (width, height) = (self.side.min(self.width - x), self.side.min(self.height - y));
-                let task = Task { x, y, width, height, first_sample, samples };
+                let task = Task { tile: Tile { x, y, width, height }, first_sample, samples };
                 if paths >= ROUND_PATHS {
                     rounds.push(Vec::new());
                     paths = 0;
@@ -61,9 +62,9 @@ mod tests {
         for (width, height) in [(1, 1), (33, 31), (320, 180), (1000, 700)] {
             let tiling = Tiling::new(width, height);
             let mut seen = vec![0; (width * height) as usize];
-            for task in tiling.rounds(0, tiling.samples).iter().flatten() {
-                for y in task.y..task.y + task.height {
-                    (task.x..task.x + task.width).for_each(|x| seen[(y * width + x) as usize] += 1);
+            for tile in tiling.rounds(0, tiling.samples).iter().flatten().map(|task| task.tile) {
+                for y in tile.y..tile.y + tile.height {
+                    (tile.x..tile.x + tile.width).for_each(|x| seen[(y * width + x) as usize] += 1);
                 }
             }
             assert!(seen.iter().all(|&n| n == 1), "{width}×{height}");

@@ -1,0 +1,54 @@
+//! A rectangle of the film, and what was sampled there.
+
+use crate::math::Rgb;
+
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tile {
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+}
+
+impl Tile {
+    pub fn pixels(&self) -> usize {
+        (self.width * self.height) as usize
+    }
+}
+
+/// Sums over the samples of a tile's pixels, row by row.
+#[derive(Clone, Debug, Default)]
+pub struct TileSamples {
+    /// Σ L and Σ L².
+    pub sum: Vec<Rgb>,
+    pub sum_squares: Vec<Rgb>,
+    /// Empty where not asked for.
+    pub features: Vec<Features>,
+}
+
+/// What the first hit of a camera ray looks like; zero where it leaves the scene.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Features {
+    pub albedo: Rgb,
+    /// Shading normal in world space, facing the camera.
+    pub normal: Rgb,
+    /// Distance along the ray.
+    pub depth: f32,
+}
+
+impl std::ops::AddAssign for Features {
+    fn add_assign(&mut self, other: Features) {
+        self.albedo += other.albedo;
+        self.normal += other.normal;
+        self.depth += other.depth;
+    }
+}
+
+impl std::ops::Mul<f32> for Features {
+    type Output = Features;
+
+    fn mul(self, k: f32) -> Features {
+        Features { albedo: self.albedo * k, normal: self.normal * k, depth: self.depth * k }
+    }
+}
