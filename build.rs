@@ -25,7 +25,8 @@ fn main() {
 
     let embree = find_embree();
     // The version is in there: after an upgrade of the system's Embree the declarations are made again.
-    println!("cargo::rerun-if-changed={}", header(&embree.root, embree.major).with_file_name("rtcore_config.h").display());
+    let config = header(&embree.root, embree.major).with_file_name("rtcore_config.h");
+    println!("cargo::rerun-if-changed={}", config.display());
     println!("cargo::rustc-cfg=embree{}", embree.major);
     link(&embree);
     generate(&embree);
