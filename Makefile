@@ -6,10 +6,12 @@ SHELL := /bin/bash
 CARGO := $(shell command -v cargo || echo $$HOME/.cargo/bin/cargo)
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 HEADERS := $(wildcard $(EMBREE_DIR)/include/embree[34]/rtcore.h /usr/include/embree[34]/rtcore.h /usr/local/include/embree[34]/rtcore.h)
-LIBCLANG := $(wildcard $(LIBCLANG_PATH)/libclang*.so* /usr/lib/llvm-*/lib/libclang*.so* /usr/lib/*/libclang-[0-9]*.so*)
+LIBCLANG := $(wildcard $(foreach dir,$(LIBCLANG_PATH) /usr/lib/llvm-*/lib /usr/lib/*-linux-gnu,$(dir)/libclang.so* $(dir)/libclang-[0-9]*.so*))
 STDDEF := $(wildcard /usr/lib/llvm-*/lib/clang/*/include/stddef.h)
+FETCHER := $(or $(wildcard $(CARGO)),$(shell command -v curl))
+RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
-.PHONY: demo build test check setup figures
+.PHONY: demo build test check setup
 
 demo: build
 	mkdir -p out
@@ -28,7 +30,7 @@ check: setup
 
 # Embree, libclang (bindgen reads Embree's headers with it), a linker and Rust, each only where it is missing.
 setup:
-ifeq (,$(and $(HEADERS),$(LIBCLANG),$(STDDEF),$(shell command -v cc)))
+ifeq (,$(and $(HEADERS),$(LIBCLANG),$(STDDEF),$(shell command -v cc),$(FETCHER)))
 	$(SUDO) apt-get update
 	$(SUDO) apt-get install -y --no-install-recommends libembree-dev libclang-dev gcc libc6-dev ca-certificates curl
 endif
@@ -36,3 +38,5 @@ ifeq (,$(wildcard $(CARGO)))
 	@echo "Rust is missing: installing it with rustup (https://rustup.rs) into $$HOME/.cargo"
 	curl --proto '=https' --tlsv1.2 -sSf https://sh.rustup.rs | sh -s -- -y --profile minimal --component rustfmt --component clippy
 endif
+	@found=$$($(CARGO) --version | cut -d' ' -f2); printf '%s\n' $(RUST) "$$found" | sort -VC || \
+		{ echo "Rust $(RUST) or newer is needed, $(CARGO) is $${found:-broken}. With rustup: rustup update stable" >&2; exit 1; }

@@ -5,9 +5,11 @@
 
 use std::path::{Path, PathBuf};
 
-const MISSING: &str = "\n\nPhototaxis needs Embree's headers and library, and libclang to read the headers.\n\
-    On Debian or Ubuntu:\n\n    apt-get install libembree-dev libclang-dev\n\n\
-    For an Embree elsewhere, set EMBREE_DIR to the folder that holds its include/ and lib/.\n";
+const ADVICE: [&str; 3] = [
+    "Phototaxis needs Embree 3.13 or 4, headers and library, and libclang to read the headers.",
+    "On Debian or Ubuntu: apt-get install libembree-dev libclang-dev",
+    "For an Embree elsewhere, set EMBREE_DIR to the folder that holds its include/ and lib/.",
+];
 
 struct Embree {
     major: u32,
@@ -17,26 +19,32 @@ struct Embree {
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed=EMBREE_DIR");
+    println!("cargo::rerun-if-env-changed=LIBCLANG_PATH");
     println!("cargo::rustc-check-cfg=cfg(embree3)");
     println!("cargo::rustc-check-cfg=cfg(embree4)");
 
-    let Some(embree) = find_embree() else {
-        fail("embree4/rtcore.h and embree3/rtcore.h were not found");
-    };
+    let embree = find_embree();
+    // The version is in there: after an upgrade of the system's Embree the declarations are made again.
+    let config = header(&embree.root, embree.major).with_file_name("rtcore_config.h");
+    println!("cargo::rerun-if-changed={}", config.display());
     println!("cargo::rustc-cfg=embree{}", embree.major);
     link(&embree);
     generate(&embree);
 }
 
-fn find_embree() -> Option<Embree> {
+fn find_embree() -> Embree {
     let roots = match std::env::var_os("EMBREE_DIR") {
         Some(dir) => vec![PathBuf::from(dir)],
         None => vec![PathBuf::from("/usr"), PathBuf::from("/usr/local")],
     };
     let has_header = |root: &Path, major: u32| header(root, major).is_file();
-    [4, 3].into_iter().find_map(|major| {
+    let found = [4, 3].into_iter().find_map(|major| {
         let root = roots.iter().find(|root| has_header(root, major))?;
         Some(Embree { major, root: root.clone() })
+    });
+    found.unwrap_or_else(|| {
+        let places: Vec<String> = roots.iter().map(|root| root.join("include").display().to_string()).collect();
+        fail(&format!("neither embree4/rtcore.h nor embree3/rtcore.h is in {}", places.join(" or ")))
     })
 }
 
@@ -77,16 +85,19 @@ fn generate(embree: &Embree) {
         .derive_default(true)
         .merge_extern_blocks(true)
         .generate_comments(false);
-    // bindgen panics where libclang is missing.
-    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| builder.generate())) {
+    // bindgen panics where libclang is missing; what it says then is told in `fail`, without a backtrace.
+    std::panic::set_hook(Box::new(|_| ()));
+    let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| builder.generate()));
+    drop(std::panic::take_hook());
+    match result {
         Ok(Ok(bindings)) => bindings.write_to_file(out).expect("OUT_DIR is writable"),
-        Ok(Err(error)) => fail(&format!("bindgen could not read rtcore.h: {error}")),
-        Err(_) => fail("libclang was not found"),
+        Ok(Err(error)) => fail(&format!("rtcore.h could not be read: {error}")),
+        Err(panic) => fail(panic.downcast_ref::<String>().map_or("bindgen gave up", String::as_str)),
     }
 }
 
+/// Stops the build: cargo fails for the sake of `cargo::error`, and then shows these lines only.
 fn fail(why: &str) -> ! {
-    println!("cargo::error={}", format!("{why}{MISSING}").replace('\n', " "));
-    eprintln!("{why}{MISSING}");
-    std::process::exit(1)
+    why.lines().chain(ADVICE).for_each(|line| println!("cargo::error={line}"));
+    std::process::exit(0)
 }

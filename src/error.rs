@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("{}: {source}", path.display())]
-    Io { path: PathBuf, source: std::io::Error },
+    #[error("{}: {error}", path.display())]
+    Io { path: PathBuf, error: std::io::Error },
     /// A text file is malformed. `line` and `column` count from 1; column 0: the whole line.
     #[error("{}:{line}{}: {message}", path.display(), column_suffix(*column))]
     Parse { path: PathBuf, line: usize, column: usize, message: String },
@@ -30,7 +30,7 @@ impl Error {
     /// For `map_err` on file operations.
     pub fn io(path: impl AsRef<Path>) -> impl FnOnce(std::io::Error) -> Error {
         let path = path.as_ref().to_path_buf();
-        move |source| Error::Io { path, source }
+        move |error| Error::Io { path, error }
     }
 
     /// A fault in what a file holds, without a line.

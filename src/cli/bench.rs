@@ -24,15 +24,16 @@ pub fn run(arguments: &BenchArguments) -> Result<ExitCode> {
     let (scene, _) = Scene::load(&description, 0)?;
     let figures = bench::measure(&scene, arguments.turns as usize);
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&figures)?);
+        super::print(&serde_json::to_string_pretty(&figures)?)?;
         return Ok(ExitCode::SUCCESS);
     }
-    println!("{:8} {:8} {:>5} {:>8} {:>8} {:>6}", "rays", "order", "width", "coherent", "Mrays/s", "ratio");
+    let [set, order, width, coherent, rate, ratio] = ["rays", "order", "width", "coherent", "Mrays/s", "ratio"];
+    super::print(&format!("{set:8} {order:8} {width:>5} {coherent:>8} {rate:>8} {ratio:>6}"))?;
     for f in &figures {
         let set = format!("{:?}", f.set).to_lowercase();
         let coherent = if f.coherent { "yes" } else { "no" };
         let (order, width, rate, ratio) = (f.order, f.width, f.mrays_per_second, f.ratio);
-        println!("{set:8} {order:8} {width:>5} {coherent:>8} {rate:>8.2} {ratio:>6.2}");
+        super::print(&format!("{set:8} {order:8} {width:>5} {coherent:>8} {rate:>8.2} {ratio:>6.2}"))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -17,6 +17,6 @@ pub struct ErrorArguments {
 
 pub fn run(arguments: &ErrorArguments) -> Result<ExitCode> {
     let errors = compare(&read_rgb(&arguments.image)?, &read_rgb(&arguments.reference)?)?;
-    println!("{}", serde_json::to_string_pretty(&errors)?);
+    super::print(&serde_json::to_string_pretty(&errors)?)?;
     Ok(ExitCode::SUCCESS)
 }

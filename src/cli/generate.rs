@@ -10,17 +10,21 @@ use std::process::ExitCode;
 pub struct GenerateArguments {
     /// Scene to write; without it, the scenes are listed.
     name: Option<String>,
-    /// Folder to write to.
+    /// Folder to write to; it is made if it is missing.
     #[arg(long, value_name = "DIR", default_value = ".")]
     out: PathBuf,
 }
 
 pub fn run(arguments: &GenerateArguments) -> Result<ExitCode> {
     match &arguments.name {
-        None => generate::scenes().iter().for_each(|(name, about)| println!("{name:10} {about}")),
+        None => {
+            for (name, about) in generate::scenes() {
+                super::print(&format!("{name:10} {about}"))?;
+            }
+        }
         Some(name) => {
             for path in generate::generate(name, &arguments.out)? {
-                println!("{}", path.display());
+                super::print(&path.display().to_string())?;
             }
         }
     }

@@ -10,12 +10,17 @@ mod progress;
 mod render;
 mod report;
 
+use anyhow::Context as _;
 use clap::{Parser, Subcommand};
+use std::io::Write;
 use std::process::ExitCode;
+
+const EXIT_CODES: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C with the picture so far \
+    written.\nThe scene file is described in docs/scene-file.md.";
 
 /// A path tracer on Embree that learns where the light is while it renders.
 #[derive(Parser)]
-#[command(name = "phototaxis", version, about, max_term_width = 110)]
+#[command(name = "phototaxis", version, about, after_help = EXIT_CODES, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -25,7 +30,7 @@ struct Arguments {
 enum Command {
     /// Render a scene file (.toml, .json) or a bare model (.obj).
     Render(render::RenderArguments),
-    /// Print how far a picture is from a reference: MSE, relMSE (all and trimmed), MAPE, SMAPE.
+    /// Print how far a picture is from a reference, as JSON: MSE, relMSE (all and trimmed), MAPE, SMAPE.
     Error(error::ErrorArguments),
     /// Measure how rays are best traced here: single or in packets, in which order, with which flags.
     Bench(bench::BenchArguments),
@@ -45,6 +50,11 @@ pub fn run() -> ExitCode {
         eprintln!("error: {error:#}");
         ExitCode::from(1)
     })
+}
+
+/// Writes a line to standard output. Where that is closed (a pipe into `head`), it is an error and no panic.
+fn print(line: &str) -> anyhow::Result<()> {
+    writeln!(std::io::stdout(), "{line}").context("standard output")
 }
 
 /// Sets the number of worker threads, 0 for all of the machine's.

@@ -31,12 +31,12 @@ impl Outputs {
         };
         for path in &pictures {
             match path.extension().and_then(|e| e.to_str()) {
-                Some("exr" | "png") => check_folder(path)?,
+                Some("exr" | "png") => check_writable(path)?,
                 _ => bail!("{}: pictures are written as .exr or .png", path.display()),
             }
         }
         if let Some(path) = json.filter(|path| path.as_os_str() != "-") {
-            check_folder(path)?;
+            check_writable(path)?;
         }
         Ok(Outputs { pictures, json: json.cloned() })
     }
@@ -65,11 +65,18 @@ impl Outputs {
     }
 }
 
-/// Makes and removes an empty file beside `path`.
-fn check_folder(path: &Path) -> Result<()> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    tempfile::NamedTempFile::new_in(folder).with_context(|| format!("{}: nothing can be written", folder.display()))?;
-    Ok(())
+/// Makes and removes an empty file beside `path`, unless that is a device or a pipe, which are written directly.
+fn check_writable(path: &Path) -> Result<()> {
+    // A link is followed, as it will be when the file is written.
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let problem = match target.metadata() {
+        Ok(existing) if existing.is_dir() => Some("it is a folder".to_string()),
+        Ok(existing) if !existing.is_file() => None,
+        _ if !folder.is_dir() => Some("its folder does not exist".to_string()),
+        _ => tempfile::NamedTempFile::new_in(folder).err().map(|e| format!("its folder takes no files: {}", e.kind())),
+    };
+    problem.map_or(Ok(()), |problem| bail!("{}: {problem}", path.display()))
 }
 
 fn beauty(estimate: &Estimate) -> Image {

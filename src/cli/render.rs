@@ -14,30 +14,39 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+/// Warnings that are printed; of more only the number is.
+const WARNINGS: usize = 20;
+
+const EXAMPLES: &str = "Examples:
+  phototaxis render model.obj
+  phototaxis render scene.toml --time 60 -o out/scene.exr -o out/scene.png
+  phototaxis render scene.toml --guide none --set film.width=640 --json -";
+
 #[derive(Args)]
+#[command(after_help = EXAMPLES)]
 pub struct RenderArguments {
     /// Scene file (.toml), interchange scene (.json) or model (.obj).
     scene: PathBuf,
-    /// Picture to write, .exr (all layers) or .png; may be given twice. Default: both, named like the scene, in the
-    /// current folder.
+    /// Picture to write, .exr (linear, all layers) or .png (sRGB); may be repeated. [default: both, named like the
+    /// scene, in the current folder]
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
-    /// Samples per pixel, over all iterations.
+    /// Samples per pixel, over all iterations. [default: the scene file's, else 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
     /// Seconds to render for; all that happens after loading counts. Without --spp, time alone decides.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     time: Option<f64>,
-    /// The guide: what learns where light comes from.
+    /// The guide: what learns where light comes from. [default: the scene file's, else grid]
     #[arg(long, value_name = "METHOD")]
     guide: Option<Method>,
-    /// Seed of the random numbers.
+    /// Seed of the random numbers. [default: the scene file's, else 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Threads; 0 takes all of the machine's. The picture does not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
-    /// Overrides a key of the scene file, for example guiding.resolution=32. May be repeated.
+    /// Overrides a key of the scene file, for example guiding.resolution=32; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Writes the figures as JSON; "-" is standard output.
@@ -50,7 +59,9 @@ pub struct RenderArguments {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Method {
+    /// No guide: directions from the material, and next-event estimation
     None,
+    /// Learns in the cells of a grid, by position and facing normal
     Grid,
 }
 
@@ -62,12 +73,14 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     let (scene, more_warnings) = Scene::load(&description, arguments.threads)?;
     let load_seconds = load.elapsed().as_secs_f64();
     if !arguments.quiet {
-        warnings.iter().chain(&more_warnings).for_each(|warning| eprintln!("warning: {warning}"));
+        warn(&[warnings, more_warnings].concat());
     }
     let stop = stop_flag()?;
     let rendering = watched(&scene, &description, arguments.quiet, &stop);
     let interrupted = stop.load(Ordering::Relaxed);
-    warn_of_non_finite(&rendering);
+    if !arguments.quiet {
+        warn_of_non_finite(&rendering);
+    }
     let context = Context {
         scene: &scene,
         name: arguments.scene.display().to_string(),
@@ -123,6 +136,13 @@ fn stop_flag() -> Result<Arc<AtomicBool>> {
         signal_hook::flag::register(signal, stop.clone()).context("catching Ctrl-C")?;
     }
     Ok(stop)
+}
+
+fn warn(warnings: &[String]) {
+    warnings.iter().take(WARNINGS).for_each(|warning| eprintln!("warning: {warning}"));
+    if let more @ 1.. = warnings.len().saturating_sub(WARNINGS) {
+        eprintln!("warning: and {more} more");
+    }
 }
 
 fn warn_of_non_finite(rendering: &Rendering) {

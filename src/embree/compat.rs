@@ -34,8 +34,7 @@ impl Query {
             Coherence::Coherent => sys::RTC_RAY_QUERY_FLAG_COHERENT,
             Coherence::Incoherent => sys::RTC_RAY_QUERY_FLAG_INCOHERENT,
         };
-        let mut context = sys::RTCRayQueryContext::default();
-        context.instID = [u32::MAX];
+        let context = sys::RTCRayQueryContext { instID: [u32::MAX], ..Default::default() };
         Query { context, flags }
     }
 

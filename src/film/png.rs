@@ -4,7 +4,7 @@ use super::atomic::write_atomically;
 use super::image::Image;
 use super::srgb;
 use crate::{Error, Result};
-use ::image::codecs::png::PngEncoder;
+use ::image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use ::image::{ExtendedColorType, ImageEncoder};
 use std::io;
 use std::path::Path;
@@ -19,7 +19,9 @@ pub fn write(path: &Path, image: &Image, exposure: f32) -> Result<()> {
     };
     let bytes = quantise(image, exposure);
     write_atomically(path, |file| {
-        PngEncoder::new(file).write_image(&bytes, width, height, ExtendedColorType::Rgb8).map_err(into_io)
+        // The encoder's fast default stores noise as it is.
+        let encoder = PngEncoder::new_with_quality(file, CompressionType::Default, FilterType::Adaptive);
+        encoder.write_image(&bytes, width, height, ExtendedColorType::Rgb8).map_err(into_io)
     })
 }
 

@@ -1,0 +1,45 @@
+//! The program as its users meet it: arguments, exit codes, what is printed where, and the files that are left.
+
+mod commands;
+mod faults;
+mod render;
+mod stopping;
+
+use assert_cmd::Command;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+/// Arguments that keep a render of one of the project's scenes tiny.
+const TINY: [&str; 4] = ["--set", "film.width=16", "--set", "film.height=12"];
+
+/// The program, in a folder of its own.
+fn phototaxis(folder: &Path) -> Command {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("phototaxis"));
+    command.current_dir(folder);
+    command
+}
+
+/// Path of one of the project's own scenes.
+fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("the system's temporary folder takes files")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("all that is printed is UTF-8")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("all that is printed is UTF-8")
+}
+
+/// Names of the files in a folder, sorted.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}

@@ -1,0 +1,181 @@
+//! `phototaxis render`, when all goes well.
+
+use crate::{TINY, folder, names, phototaxis, scene, stderr, stdout};
+use phototaxis::film::exr::{ExrFile, read_layers};
+use serde_json::Value;
+use std::path::Path;
+
+/// Renders a scene of the project, tiny, and returns what was printed.
+fn render(here: &Path, name: &str, arguments: &[&str]) -> std::process::Output {
+    let mut command = phototaxis(here);
+    command.arg("render").arg(scene(name)).args(TINY).args(arguments).assert().code(0).get_output().clone()
+}
+
+fn channel<'a>(picture: &'a ExrFile, name: &str) -> &'a [f32] {
+    let channels = &picture.channels;
+    channels.get(name).unwrap_or_else(|| panic!("no {name} among {:?}", channels.keys()))
+}
+
+#[test]
+fn the_exr_has_all_layers_with_plausible_values() {
+    let here = folder();
+    render(here.path(), "cornell.toml", &["--spp", "8", "-o", "a.exr"]);
+    let picture = read_layers(&here.path().join("a.exr")).unwrap();
+    assert_eq!((picture.width, picture.height), (16, 12));
+    let all = |name: &str, holds: fn(f32) -> bool| {
+        let values = channel(&picture, name);
+        assert_eq!(values.len(), 16 * 12);
+        assert!(values.iter().all(|&x| holds(x)), "{name}: {values:?}");
+        assert!(values.iter().any(|&x| x != 0.0), "{name} is black");
+    };
+    for name in ["R", "G", "B", "variance.R", "variance.G", "variance.B"] {
+        all(name, |x| x.is_finite() && x >= 0.0);
+    }
+    ["albedo.R", "albedo.G", "albedo.B"].into_iter().for_each(|name| all(name, |x| (0.0..=1.0).contains(&x)));
+    ["N.X", "N.Y", "N.Z"].into_iter().for_each(|name| all(name, |x| x.abs() <= 1.0001));
+    all("Z", |z| (0.0..2.0).contains(&z));
+    all("samples.Y", |n| n.fract() == 0.0 && (1.0..=8.0).contains(&n));
+    assert_eq!(picture.channels.len(), 14);
+    for name in ["generatedBy", "sceneHash", "samplesPerPixel", "renderTimeSeconds", "seed", "scene"] {
+        assert!(picture.attributes.contains_key(name), "{name} is missing in {:?}", picture.attributes);
+    }
+}
+
+#[test]
+fn the_layers_show_a_red_wall_on_the_left_and_a_green_one_on_the_right() {
+    let here = folder();
+    render(here.path(), "cornell.toml", &["--spp", "8", "-o", "a.exr"]);
+    let picture = read_layers(&here.path().join("a.exr")).unwrap();
+    let redness = |facing: fn(f32) -> bool| {
+        let [x, r, g] = ["N.X", "albedo.R", "albedo.G"].map(|name| channel(&picture, name));
+        let wall: Vec<f32> = (0..x.len()).filter(|&i| facing(x[i])).map(|i| r[i] - g[i]).collect();
+        assert!(wall.len() > 5, "only {} pixels of a side wall", wall.len());
+        wall.iter().sum::<f32>() / wall.len() as f32
+    };
+    let (left, right) = (redness(|x| x > 0.9), redness(|x| x < -0.9));
+    assert!(left > 0.1 && right < -0.1, "left wall {left}, right wall {right}");
+}
+
+#[test]
+fn png_and_json_are_written_where_asked() {
+    let here = folder();
+    let asked = ["--spp", "6", "-o", "a.png", "-o", "b.exr", "--json", "c.json", "--seed", "7"];
+    let output = render(here.path(), "cornell.toml", &asked);
+    assert_eq!(names(here.path()), ["a.png", "b.exr", "c.json"]);
+    assert!(stderr(&output).contains("wrote a.png") && stderr(&output).contains("Msamples/s"), "{}", stderr(&output));
+    assert_eq!(stdout(&output), "");
+    let png = image::open(here.path().join("a.png")).unwrap().into_rgb8();
+    assert_eq!(png.dimensions(), (16, 12));
+    assert!(png.pixels().any(|p| p.0.iter().any(|&c| c > 50)));
+    let report: Value = serde_json::from_slice(&std::fs::read(here.path().join("c.json")).unwrap()).unwrap();
+    check_report(&report);
+}
+
+/// What holds of the figures of `cornell`, 16 × 12 pixels, 6 samples, seed 7.
+fn check_report(report: &Value) {
+    let number = |key: &str| report[key].as_f64().unwrap_or_else(|| panic!("{key} in {report}"));
+    for (key, value) in [("schema", 1.0), ("seed", 7.0), ("width", 16.0), ("height", 12.0), ("triangles", 38.0)] {
+        assert_eq!(number(key), value, "{key}");
+    }
+    assert_eq!((number("spp"), number("non_finite_samples")), (6.0, 0.0));
+    assert_eq!((report["exit"].as_str(), report["guide"]["method"].as_str()), (Some("done"), Some("grid")));
+    assert_eq!(report["phototaxis"].as_str(), Some(env!("CARGO_PKG_VERSION")));
+    assert_eq!(report["scene_hash"].as_str().map(str::len), Some(16));
+    assert!(number("spp_kept") >= 1.0 && number("spp_kept") <= 6.0);
+    for key in ["threads", "embree_bytes", "build_seconds", "render_seconds", "msamples_per_second"] {
+        assert!(number(key) > 0.0, "{key}");
+    }
+    let (paths, rays) = (16.0 * 12.0 * 6.0, number("rays"));
+    assert!(rays >= paths && rays <= 16.0 * paths, "{rays} rays of {paths} paths");
+    assert!((number("mean_path_length") - rays / paths).abs() < 1e-9);
+    assert!(number("shadow_rays") > 0.0 && number("shadow_rays") <= rays);
+    for share in ["zero_contribution_share", "embree_share"] {
+        assert!((0.0..=1.0).contains(&number(share)), "{share}");
+    }
+    let iterations = report["iterations"].as_array().unwrap();
+    let samples: u64 = iterations.iter().map(|i| i["spp"].as_u64().unwrap()).sum();
+    assert_eq!(samples, 6);
+    let seconds: f64 = iterations.iter().map(|i| i["seconds"].as_f64().unwrap()).sum();
+    assert!(seconds <= number("render_seconds"));
+}
+
+#[test]
+fn without_names_both_pictures_are_named_like_the_scene() {
+    let here = folder();
+    render(here.path(), "furnace.toml", &["--spp", "1"]);
+    assert_eq!(names(here.path()), ["furnace.exr", "furnace.png"]);
+}
+
+#[test]
+fn a_model_renders_without_a_scene_file() {
+    let here = folder();
+    render(here.path(), "cornell.obj", &["--spp", "4"]);
+    let picture = read_layers(&here.path().join("cornell.exr")).unwrap();
+    let seen = channel(&picture, "Z").iter().filter(|&&z| z > 0.0).count();
+    assert!(seen > 20, "the automatic camera sees the model: {seen} of {} pixels", 16 * 12);
+    assert!(channel(&picture, "R").iter().any(|&x| x > 0.0), "the model brings its own light");
+}
+
+#[test]
+fn json_on_standard_output_is_all_that_is_there() {
+    let here = folder();
+    let output = render(here.path(), "cornell.toml", &["--spp", "6", "--seed", "7", "-o", "a.png", "--json", "-"]);
+    check_report(&serde_json::from_slice(&output.stdout).unwrap());
+}
+
+#[test]
+fn quiet_prints_nothing() {
+    let here = folder();
+    std::fs::write(here.path().join("odd.obj"), "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let run = |more: &[&str]| {
+        let mut command = phototaxis(here.path());
+        let arguments = ["render", "odd.obj", "--spp", "1", "-o", "a.exr"];
+        command.args(arguments).args(TINY).args(more).assert().code(0).get_output().clone()
+    };
+    assert!(stderr(&run(&[])).contains("warning: odd.obj:1: "), "this model deserves a warning");
+    let quiet = run(&["--quiet"]);
+    assert_eq!((stdout(&quiet), stderr(&quiet)), (String::new(), String::new()));
+}
+
+#[test]
+fn of_many_warnings_twenty_are_printed() {
+    let here = folder();
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let libraries: String = (0..50).map(|k| format!("mtllib none{k}.mtl\n")).collect();
+    std::fs::write(here.path().join("a.obj"), format!("{libraries}{triangle}f 1 2 3\n")).unwrap();
+    let mut command = phototaxis(here.path());
+    let arguments = ["render", "a.obj", "--spp", "1", "-o", "a.exr"];
+    let output = command.args(arguments).args(TINY).assert().code(0).get_output().clone();
+    let warnings: Vec<String> =
+        stderr(&output).lines().filter(|l| l.starts_with("warning: ")).map(String::from).collect();
+    assert_eq!(warnings.len(), 21, "{warnings:?}");
+    assert!(warnings[20].starts_with("warning: and 3"), "{}", warnings[20]);
+}
+
+#[test]
+fn the_picture_depends_on_the_seed_but_not_on_the_threads() {
+    let here = folder();
+    let beauty = |arguments: &[&str]| {
+        render(here.path(), "cornell.toml", &[&["--spp", "4", "-o", "a.exr"], arguments].concat());
+        let picture = read_layers(&here.path().join("a.exr")).unwrap();
+        ["R", "G", "B"].map(|name| channel(&picture, name).to_vec())
+    };
+    let first = beauty(&["--seed", "1", "--threads", "1"]);
+    assert!(first == beauty(&["--seed", "1", "--threads", "3"]), "other threads, another picture");
+    assert!(first != beauty(&["--seed", "2", "--threads", "1"]), "another seed, the same picture");
+}
+
+#[test]
+fn flags_stand_for_keys_and_set_has_the_last_word() {
+    let here = folder();
+    let report = |arguments: &[&str]| -> Value {
+        let output = render(here.path(), "cornell.toml", &[&["-o", "a.png", "--json", "-"], arguments].concat());
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let plain = report(&["--guide", "none", "--spp", "3"]);
+    assert_eq!((plain["guide"]["method"].as_str(), plain["guide"]["states"].as_u64()), (Some("none"), Some(0)));
+    assert_eq!(plain["spp"], 3);
+    assert_eq!(report(&["--spp", "3", "--set", "render.spp=5"])["spp"], 5);
+    let depth = report(&["--spp", "2", "--set", "integrator.max_depth=1"]);
+    assert_eq!(depth["mean_path_length"].as_f64(), Some(1.0));
+}
