@@ -1,22 +1,85 @@
-//! `phototaxis error`: how far a picture is from a reference.
+//! `phototaxis error`: how far pictures are from a reference.
 
-use crate::film::compare::compare;
-use crate::film::exr::read_rgb;
+use crate::film::compare::{Errors, compare};
+use crate::film::exr::{read_layers, read_rgb};
+use crate::film::image::Image;
+use crate::math::Rgb;
+use crate::stats::Summary;
 use anyhow::Result;
 use clap::Args;
-use std::path::PathBuf;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Args)]
 pub struct ErrorArguments {
-    /// Picture (.exr).
-    image: PathBuf,
-    /// Reference of the same size (.exr).
+    /// Pictures (.exr), for example of independent seeds.
+    #[arg(required = true)]
+    images: Vec<PathBuf>,
+    /// Picture of the same size to compare with.
+    #[arg(long, value_name = "EXR")]
     reference: PathBuf,
 }
 
+#[derive(Serialize)]
+struct Report {
+    images: Vec<ImageReport>,
+    /// Over the pictures, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relmse: Option<Mean>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relmse_trimmed: Option<Mean>,
+    /// relMSE that the reference's own noise adds, by its variance layers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    relmse_of_reference: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct ImageReport {
+    image: PathBuf,
+    #[serde(flatten)]
+    errors: Errors,
+}
+
+/// Mean and 95 % interval (Student's t).
+#[derive(Serialize)]
+struct Mean {
+    mean: f64,
+    low: f64,
+    high: f64,
+}
+
 pub fn run(arguments: &ErrorArguments) -> Result<ExitCode> {
-    let errors = compare(&read_rgb(&arguments.image)?, &read_rgb(&arguments.reference)?)?;
-    super::print(&serde_json::to_string_pretty(&errors)?)?;
+    let reference = read_rgb(&arguments.reference)?;
+    let mut images = Vec::new();
+    for image in &arguments.images {
+        images.push(ImageReport { image: image.clone(), errors: compare(&read_rgb(image)?, &reference)? });
+    }
+    let report = Report {
+        relmse: mean(&images, |errors| errors.relmse),
+        relmse_trimmed: mean(&images, |errors| errors.relmse_trimmed),
+        relmse_of_reference: own_noise(&arguments.reference, &reference)?,
+        images,
+    };
+    super::print(&serde_json::to_string_pretty(&report)?)?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn mean(images: &[ImageReport], measure: fn(&Errors) -> f64) -> Option<Mean> {
+    let summary = Summary::of(&images.iter().map(|i| measure(&i.errors)).collect::<Vec<_>>())?;
+    let interval = summary.confidence(0.95)?;
+    Some(Mean { mean: summary.mean, low: interval.low, high: interval.high })
+}
+
+/// A picture off by its standard deviation in every value is off by its noise.
+fn own_noise(path: &Path, reference: &Image) -> Result<Option<f64>> {
+    let layers = read_layers(path)?;
+    let channel = |suffix: &str| layers.channels.get(&format!("variance.{suffix}"));
+    let (Some(r), Some(g), Some(b)) = (channel("R"), channel("G"), channel("B")) else { return Ok(None) };
+    let mut noisy = Image::new(reference.width, reference.height);
+    for (i, pixel) in noisy.data.iter_mut().enumerate() {
+        let variance = Rgb::new(r[i], g[i], b[i]).max(Rgb::ZERO);
+        *pixel = reference.data[i] + Rgb::new(variance.x.sqrt(), variance.y.sqrt(), variance.z.sqrt());
+    }
+    Ok(Some(compare(&noisy, reference)?.relmse))
 }

@@ -68,14 +68,33 @@ fn error_is_zero_for_a_picture_against_itself_and_positive_for_other_noise() {
     let here = folder();
     two_pictures(here.path());
     let measure = |image: &str| -> Value {
-        let output = phototaxis(here.path()).args(["error", image, "a.exr"]).assert().code(0).get_output().clone();
+        let output = phototaxis(here.path())
+            .args(["error", image, "--reference", "a.exr"])
+            .assert()
+            .code(0)
+            .get_output()
+            .clone();
         serde_json::from_str(&stdout(&output)).unwrap()
     };
     let (same, other) = (measure("a.exr"), measure("b.exr"));
     for key in ["mse", "relmse", "relmse_trimmed", "mape", "smape"] {
-        assert_eq!(same[key].as_f64(), Some(0.0), "{key}");
-        assert!(other[key].as_f64().unwrap() > 0.0, "{key}: {other}");
+        assert_eq!(same["images"][0][key].as_f64(), Some(0.0), "{key}");
+        assert!(other["images"][0][key].as_f64().unwrap() > 0.0, "{key}: {other}");
     }
+}
+
+#[test]
+fn error_summarises_several_pictures() {
+    let here = folder();
+    two_pictures(here.path());
+    let arguments = ["error", "a.exr", "b.exr", "--reference", "a.exr"];
+    let output = phototaxis(here.path()).args(arguments).assert().code(0).get_output().clone();
+    let report: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let of = |k: usize| report["images"][k]["relmse"].as_f64().unwrap();
+    let mean = report["relmse"]["mean"].as_f64().unwrap();
+    assert!((mean - 0.5 * (of(0) + of(1))).abs() < 1e-12);
+    assert!(report["relmse"]["low"].as_f64().unwrap() < mean && report["relmse"]["high"].as_f64().unwrap() > mean);
+    assert!(report["relmse_of_reference"].as_f64().unwrap() > 0.0, "two samples have a variance");
 }
 
 #[test]
@@ -86,7 +105,12 @@ fn error_refuses_what_cannot_be_compared() {
     phototaxis(here.path()).arg("render").arg(scene("cornell.toml")).args(small).assert().code(0);
     std::fs::write(here.path().join("text.exr"), "no picture").unwrap();
     for (image, word) in [("small.exr", "16 × 12"), ("text.exr", "text.exr"), ("none.exr", "none.exr")] {
-        let output = phototaxis(here.path()).args(["error", image, "a.exr"]).assert().code(1).get_output().clone();
+        let output = phototaxis(here.path())
+            .args(["error", image, "--reference", "a.exr"])
+            .assert()
+            .code(1)
+            .get_output()
+            .clone();
         assert!(stderr(&output).contains(word), "{}", stderr(&output));
         assert_eq!(stdout(&output), "");
     }
