@@ -52,6 +52,12 @@ impl SurfaceInteraction {
         self.p + self.ng * self.offset.copysign(w.dot(self.ng))
     }
 
+    /// The shading normal on the side of `w`.
+    #[inline]
+    pub fn facing(&self, w: Vec3) -> Vec3 {
+        if w.dot(self.frame.n) < 0.0 { -self.frame.n } else { self.frame.n }
+    }
+
     /// Whether the shading normal and the triangle agree on which side `w` is. Where they do not, light would
     /// leak through the surface.
     #[inline]

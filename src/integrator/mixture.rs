@@ -74,8 +74,7 @@ impl<'a> Mixture<'a> {
     fn sample_bsdf(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
         let drawn = self.bsdf.sample(wo, rng.f32(), rng.f32x2())?;
         let wi = si.frame.to_world(drawn.wi);
-        let reflected_or_refracted = drawn.wi.z * wi.dot(si.ng) > 0.0;
-        (reflected_or_refracted && drawn.weight != Rgb::ZERO).then(|| DirectionSample {
+        (si.consistent(wi) && drawn.weight != Rgb::ZERO).then(|| DirectionSample {
             wi,
             weight: drawn.weight,
             pdf: (!drawn.delta).then_some(drawn.pdf),

@@ -152,7 +152,7 @@ impl Walk<'_, '_> {
         let bsdf = scene.bsdf(&si);
         let wo = si.frame.to_local(wo_world);
         if depth == 1 && self.integrator.features {
-            let normal = si.frame.n.copysign_towards(wo_world);
+            let normal = si.facing(wo_world);
             self.batch.features[slot as usize] = Features { albedo: bsdf.albedo(wo), normal, depth: hit.t };
         }
         let mut vertex = Vertex { slot, action: None, weight: Rgb::ZERO, local: le, expected: None };
@@ -207,8 +207,7 @@ impl Walk<'_, '_> {
     fn state(&mut self, si: &SurfaceInteraction, wo: Vec3, bsdf: &Bsdf, rng: &mut Rng) -> Option<StateKey> {
         let guide = self.integrator.guide.filter(|_| bsdf.has_smooth())?;
         self.counters.guide_queries += 1;
-        let facing = if wo.dot(si.frame.n) < 0.0 { -si.frame.n } else { si.frame.n };
-        Some(guide.field.grid().key(si.p, facing, rng.f32x2()))
+        Some(guide.field.grid().key(si.p, si.facing(wo), rng.f32x2()))
     }
 
     /// Draws a light and lays a shadow ray towards it.
@@ -338,18 +337,6 @@ impl Walk<'_, '_> {
             samples.features[slot % pixels] += features;
         }
         BatchResult { samples, recorder: None, counters: self.counters }
-    }
-}
-
-/// Turns a vector to the side of another.
-trait TowardsSide {
-    fn copysign_towards(self, side: Vec3) -> Vec3;
-}
-
-impl TowardsSide for Vec3 {
-    #[inline]
-    fn copysign_towards(self, side: Vec3) -> Vec3 {
-        if self.dot(side) < 0.0 { -self } else { self }
     }
 }
 
