@@ -21,8 +21,9 @@ demo: build
 build: setup
 	$(CARGO) build --release --locked
 
+# What tests skip they say, and cargo would keep it to itself.
 test: setup
-	$(CARGO) test --release --locked
+	$(CARGO) test --release --locked -- --show-output
 
 check: setup
 	$(CARGO) fmt --check
