@@ -48,6 +48,7 @@ impl PathIntegrator<'_> {
             batch,
             counters: Counters { paths: task.paths() as u64, ..Counters::default() },
             learn: self.guide.is_some_and(|g| g.learn),
+            jitter: [0.5; 2],
         };
         walk.generate();
         walk.advance();
@@ -67,6 +68,10 @@ struct Walk<'a, 'b> {
     batch: &'b mut Batch,
     counters: Counters,
     learn: bool,
+    /// Moves the wave's look-ups in the guide. One jitter serves a whole wave: neighbours then read the same tables,
+    /// which stay in the cache, and what blends tables is the next wave's jitter. Drawn from numbers of its own, it
+    /// knows nothing of the paths, and so cannot bias them.
+    jitter: [f32; 2],
 }
 
 impl Walk<'_, '_> {
@@ -95,7 +100,9 @@ impl Walk<'_, '_> {
     /// All bounces of all paths: intersect, shade, shadow rays, and the survivors' next rays in place of the old.
     fn advance(&mut self) {
         let mut depth = 1;
+        let mut jitter = self.jitter_numbers();
         while !self.batch.rays.is_empty() {
+            self.jitter = jitter.f32x2();
             if self.learn && self.batch.waves.len() < depth {
                 self.batch.waves.push(Vec::new());
             }
@@ -109,6 +116,13 @@ impl Walk<'_, '_> {
             self.add_next_events(depth);
             depth += 1;
         }
+    }
+
+    /// Random numbers of the batch, apart from those of its paths.
+    fn jitter_numbers(&self) -> Rng {
+        let Task { tile, first_sample, .. } = *self.task;
+        let corner = tile.y * self.integrator.scene.camera.width + tile.x;
+        Rng::for_path(!self.integrator.seed, corner, first_sample)
     }
 
     fn shade_wave(&mut self, depth: usize) {
@@ -163,7 +177,7 @@ impl Walk<'_, '_> {
 
         // What the guide knows of this state.
         let mut rng = self.batch.paths.rng[i];
-        let state = self.state(&si, wo_world, &bsdf, &mut rng);
+        let state = self.state(&si, wo_world, &bsdf);
         let guided = self.integrator.guide.zip(state);
         let distribution = guided.and_then(|(guide, key)| guide.field.distribution(key));
         self.counters.guide_hits += distribution.is_some() as u64;
@@ -204,10 +218,10 @@ impl Walk<'_, '_> {
 
     /// The state in which the path now is, where a guide could help its BSDF.
     #[inline]
-    fn state(&mut self, si: &SurfaceInteraction, wo: Vec3, bsdf: &Bsdf, rng: &mut Rng) -> Option<StateKey> {
+    fn state(&mut self, si: &SurfaceInteraction, wo: Vec3, bsdf: &Bsdf) -> Option<StateKey> {
         let guide = self.integrator.guide.filter(|_| bsdf.has_smooth())?;
         self.counters.guide_queries += 1;
-        Some(guide.field.grid().key(si.p, si.facing(wo), rng.f32x2()))
+        Some(guide.field.grid().key(si.p, si.facing(wo), self.jitter))
     }
 
     /// Draws a light and lays a shadow ray towards it.
