@@ -8,15 +8,14 @@ use rayon::prelude::*;
 #[derive(Clone, Debug)]
 pub struct Learner {
     shards: Vec<Shard>,
-    /// States a shard may hold.
+    /// States that all shards together may hold.
     capacity: usize,
 }
 
 impl Learner {
     /// A learner over `actions` strata that keeps at most `states` states.
     pub fn new(actions: usize, states: usize) -> Learner {
-        let capacity = (states / SHARDS).max(1);
-        Learner { shards: (0..SHARDS).map(|_| Shard::new(actions)).collect(), capacity }
+        Learner { shards: (0..SHARDS).map(|_| Shard::new(actions)).collect(), capacity: states }
     }
 
     /// Folds what the tiles recorded, in the order of `recorders`; shards are independent, so the result is the
@@ -25,8 +24,10 @@ impl Learner {
     /// Targets were computed from the frozen table, so one visit after the other, Q ← Q + (target − Q)/n, gives
     /// just what one batch update with the vanishing rate w = b/(n + b) would.
     pub fn fold(&mut self, recorders: &[&Recorder]) {
-        let capacity = self.capacity;
+        let states = self.capacity;
         self.shards.par_iter_mut().enumerate().for_each(|(k, shard)| {
+            // Shares of the whole that add up to no more than it, however few states there is room for.
+            let capacity = states / SHARDS + usize::from(k < states % SHARDS);
             for transition in recorders.iter().flat_map(|recorder| recorder.shard(k)) {
                 let Some(row) = shard.row_or_insert(transition.key, capacity) else { continue };
                 let entry = shard.entry_mut(row, transition.action as usize);
