@@ -82,3 +82,7 @@ impl<'a> Mixture<'a> {
         })
     }
 }
+
+#[cfg(test)]
+#[path = "mixture_tests.rs"]
+mod tests;
