@@ -24,10 +24,10 @@ impl Learner {
     /// Targets were computed from the frozen table, so one visit after the other, Q ← Q + (target − Q)/n, gives
     /// just what one batch update with the vanishing rate w = b/(n + b) would.
     pub fn fold(&mut self, recorders: &[&Recorder]) {
-        let capacity = self.capacity;
+        let states = self.capacity;
         self.shards.par_iter_mut().enumerate().for_each(|(k, shard)| {
-            // an equal part for each shard, whoever comes first: or the order of threads would decide
-            let capacity = capacity / SHARDS + (k < capacity % SHARDS) as usize;
+            // Shares of the whole that add up to no more than it, however few states there is room for.
+            let capacity = states / SHARDS + usize::from(k < states % SHARDS);
             for transition in recorders.iter().flat_map(|recorder| recorder.shard(k)) {
                 let Some(row) = shard.row_or_insert(transition.key, capacity) else { continue };
                 let entry = shard.entry_mut(row, transition.action as usize);

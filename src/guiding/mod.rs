@@ -11,6 +11,8 @@ pub mod learner;
 pub mod qtable;
 pub mod recorder;
 pub mod state;
+#[cfg(test)]
+mod tests;
 
 pub use field::{Field, GuidingDistribution};
 pub use recorder::{Recorder, Transition};

@@ -81,3 +81,7 @@ impl<'a> Mixture<'a> {
         })
     }
 }
+
+#[cfg(test)]
+#[path = "mixture_tests.rs"]
+mod tests;

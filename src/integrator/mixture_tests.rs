@@ -1,0 +1,200 @@
+use super::*;
+use crate::bsdf::{BsdfModel, CoatTables};
+use crate::embree::Hit;
+use crate::geometry::Mesh;
+use crate::guiding::{Guide, Recorder, StateKey, Transition};
+use crate::math::warp;
+use crate::scene::description::{
+    BsdfDescription, ColorTexture, GuidingSettings, MicrofacetDistribution as Distribution,
+};
+use crate::stats::{Chi2Report, DirectionTest, Domain, sidak};
+
+/// False alarm of all samplers together.
+const LEVEL: f64 = 1e-6;
+const WHITE: ColorTexture = ColorTexture::Constant(Rgb::ONE);
+
+fn model(description: BsdfDescription) -> BsdfModel {
+    BsdfModel::new(&description, true, &mut CoatTables::default()).unwrap()
+}
+
+fn diffuse() -> BsdfModel {
+    model(BsdfDescription::Diffuse { reflectance: WHITE })
+}
+
+fn metal(alpha: f32) -> BsdfModel {
+    let copper = Some((Rgb::new(0.2, 0.924, 1.102), Rgb::new(3.912, 2.452, 2.142)));
+    let distribution = Distribution::Ggx;
+    model(BsdfDescription::Conductor { eta_k: copper, specular_reflectance: WHITE, alpha, distribution })
+}
+
+fn paper() -> BsdfModel {
+    model(BsdfDescription::DiffuseTransmitter { reflectance: WHITE, transmittance: WHITE })
+}
+
+/// A coat over a diffuse base: a delta lobe beside a smooth one.
+fn coated() -> BsdfModel {
+    model(BsdfDescription::Plastic {
+        reflectance: WHITE,
+        specular_reflectance: Rgb::ONE,
+        int_ior: 1.5,
+        ext_ior: 1.0,
+        alpha: 0.0,
+        distribution: Distribution::Ggx,
+        nonlinear: false,
+    })
+}
+
+/// A point on a flat triangle with normal `n`, seen from `wo`.
+fn surface(n: Vec3, wo: Vec3) -> SurfaceInteraction {
+    let frame = crate::geometry::Frame::from_normal(n);
+    let corners = [Vec3::ZERO, frame.s, frame.t];
+    let mesh = Mesh {
+        positions: corners.map(|p| p.to_array()).to_vec(),
+        triangles: vec![[0, 1, 2]],
+        materials: vec![0],
+        ..Mesh::default()
+    };
+    let hit = Hit { t: 1.0, u: 0.3, v: 0.3, ng: n, primitive: 0, geometry: 0, instance: u32::MAX };
+    SurfaceInteraction::new(&mesh, &hit, wo)
+}
+
+/// A guide that has learnt something uneven about the state of `si`, and that state.
+fn learnt(si: &SurfaceInteraction, rng: &mut Rng) -> (Guide, StateKey) {
+    let settings = GuidingSettings { strata: 4, ..GuidingSettings::default() };
+    let mut guide = Guide::new(&settings, (-Vec3::ONE, Vec3::ONE)).unwrap();
+    let key = guide.field().grid().key(si.p, si.frame.n, [0.5; 2]);
+    let mut recorder = Recorder::new();
+    for action in 0..16 {
+        let target = if rng.f32() < 0.3 { 0.0 } else { rng.f32().powi(3) };
+        (0..50).for_each(|_| recorder.push(Transition { key, action, target }));
+    }
+    guide.learn(&[&recorder]);
+    guide.end_iteration();
+    (guide, key)
+}
+
+const COLORS: [Rgb; 2] = [Rgb::new(0.6, 0.5, 0.4), Rgb::new(0.2, 0.3, 0.1)];
+
+/// One vertex: a surface, a view, a BSDF and what a guide knows.
+struct Vertex {
+    si: SurfaceInteraction,
+    wo: Vec3,
+    guide: Guide,
+    key: StateKey,
+}
+
+impl Vertex {
+    fn random(rng: &mut Rng) -> Vertex {
+        let n = warp::square_to_uniform_sphere(rng.f32x2());
+        let local = warp::square_to_cosine_hemisphere(rng.f32x2());
+        let wo_world = crate::geometry::Frame::from_normal(n).to_world(local);
+        let si = surface(n, wo_world);
+        let (guide, key) = learnt(&si, rng);
+        Vertex { wo: si.frame.to_local(wo_world), si, guide, key }
+    }
+
+    fn mixture<'a>(&'a self, bsdf: &'a Bsdf<'a>, fraction: f32) -> Mixture<'a> {
+        Mixture::new(bsdf, self.guide.field().distribution(self.key), fraction)
+    }
+
+    /// `wrong` turns what the density is asked for; nothing for the truth.
+    fn chi2(&self, mixture: &Mixture, rng: &mut Rng, wrong: impl Fn(Vec3) -> Vec3) -> Chi2Report {
+        let test = DirectionTest { cos_bins: 12, phi_bins: 16, samples: 60_000, depth: 2, domain: Domain::Sphere };
+        let sample = || mixture.sample(&self.si, self.wo, rng).filter(|s| s.pdf.is_some()).map(|s| s.wi);
+        // directions that the guide draws and the BSDF does not reflect are lost
+        test.run(sample, |wi| {
+            let (f, pdf) = mixture.eval_pdf(&self.si, self.wo, wrong(wi));
+            if f == Rgb::ZERO { 0.0 } else { pdf }
+        })
+    }
+}
+
+#[test]
+fn directions_follow_the_density_of_the_whole_mixture() {
+    let mut rng = Rng::new(1);
+    let models = [("diffuse", diffuse()), ("metal", metal(0.4)), ("paper", paper()), ("coated", coated())];
+    let fractions = [0.05, 0.3, 0.5, 1.0];
+    let level = sidak(LEVEL, models.len() * fractions.len());
+    for (name, model) in &models {
+        let bsdf = model.at(COLORS);
+        for fraction in fractions {
+            let vertex = Vertex::random(&mut rng);
+            let mixture = vertex.mixture(&bsdf, fraction);
+            assert!(mixture.guide.is_some());
+            let report = vertex.chi2(&mixture, &mut rng, |wi| wi);
+            assert!(report.passes(level), "{name}, BSDF share {fraction}: {report}");
+            let turned = crate::geometry::Frame::from_normal(Vec3::new(0.1, 0.05, 0.99).normalize());
+            let wrong = vertex.chi2(&mixture, &mut rng, |wi| turned.to_world(wi));
+            assert!(!wrong.passes(1e-6), "{name}, BSDF share {fraction}: turned, and unseen: {wrong}");
+        }
+    }
+    println!("{} mixtures follow their density; turned, none does", models.len() * fractions.len());
+}
+
+#[test]
+fn another_share_of_the_bsdf_is_another_density() {
+    let mut rng = Rng::new(2);
+    let model = diffuse();
+    let bsdf = model.at(COLORS);
+    let vertex = Vertex::random(&mut rng);
+    let (truth, lie) = (vertex.mixture(&bsdf, 0.3), vertex.mixture(&bsdf, 0.4));
+    let test = DirectionTest { samples: 60_000, ..DirectionTest::new(Domain::Sphere) };
+    let sample = || truth.sample(&vertex.si, vertex.wo, &mut rng).map(|s| s.wi);
+    let report = test.run(sample, |wi| {
+        let (f, pdf) = lie.eval_pdf(&vertex.si, vertex.wo, wi);
+        if f == Rgb::ZERO { 0.0 } else { pdf }
+    });
+    assert!(!report.passes(1e-6), "{report}");
+}
+
+#[test]
+fn weights_are_value_over_density() {
+    let mut rng = Rng::new(3);
+    for model in [diffuse(), metal(0.4), paper(), coated()] {
+        let bsdf = model.at(COLORS);
+        for fraction in [0.05, 0.3, 1.0] {
+            let vertex = Vertex::random(&mut rng);
+            let mixture = vertex.mixture(&bsdf, fraction);
+            for _ in 0..500 {
+                let Some(s) = mixture.sample(&vertex.si, vertex.wo, &mut rng) else { continue };
+                let Some(drawn) = s.pdf else { continue };
+                let (f, pdf) = mixture.eval_pdf(&vertex.si, vertex.wo, s.wi);
+                assert!((drawn / pdf - 1.0).abs() < 1e-3, "{drawn} drawn, {pdf} asked for");
+                assert!((s.weight * pdf - f).abs().max_element() <= 1e-3 * f.max_element(), "{} for {f}", s.weight);
+            }
+        }
+    }
+}
+
+#[test]
+fn delta_lobes_keep_their_light_whatever_the_share() {
+    // E[weight] of the coat's reflection is its Fresnel reflectance, guided or not
+    let mut rng = Rng::new(4);
+    let model = coated();
+    let bsdf = model.at(COLORS);
+    let vertex = Vertex::random(&mut rng);
+    let reflected = |fraction: f32, rng: &mut Rng| {
+        let mixture = vertex.mixture(&bsdf, fraction);
+        let n = 100_000;
+        let values: Vec<f64> = (0..n)
+            .map(|_| mixture.sample(&vertex.si, vertex.wo, rng).filter(|s| s.pdf.is_none()))
+            .map(|s| s.map_or(0.0, |s| s.weight.x as f64))
+            .collect();
+        crate::stats::Summary::of(&values).unwrap()
+    };
+    let (plain, guided) = (reflected(1.0, &mut rng), reflected(0.3, &mut rng));
+    let z = (plain.mean - guided.mean) / plain.std_error().hypot(guided.std_error());
+    println!("reflected by the coat: {:.4} unguided, {:.4} guided, z = {z:.2}", plain.mean, guided.mean);
+    assert!(plain.mean > 0.01 && z.abs() < 5.0);
+}
+
+#[test]
+fn sharp_lobes_are_left_to_their_own_sampling() {
+    let vertex = Vertex::random(&mut Rng::new(5));
+    for (alpha, guided) in [(0.1, false), (0.29, false), (0.31, true)] {
+        let model = metal(alpha);
+        let bsdf = model.at(COLORS);
+        let mixture = vertex.mixture(&bsdf, 0.3);
+        assert_eq!((mixture.guide.is_some(), mixture.bsdf_fraction), (guided, if guided { 0.3 } else { 1.0 }));
+    }
+}

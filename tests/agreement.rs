@@ -1,0 +1,168 @@
+//! A guide may change the noise, never the answer: whatever the settings, the picture's expectation is that of plain
+//! path tracing.
+//!
+//! Every way of rendering is run again and again with seeds of its own; the runs' spread gives error bars that assume
+//! nothing of how pixels, iterations and the guide hang together. The luminance of the picture and of its 4 × 4 blocks
+//! is compared with unguided runs by Welch's t, safeguarded against rare bright paths. All comparisons of all scenes
+//! together raise a false alarm with probability 10⁻⁴ (Šidák). "The same again" is a row in which nothing differs but
+//! the seeds. All guided runs together are compared as well; a bias planted in them must be found.
+
+mod common;
+
+use common::still_life::still_life;
+use common::{Loaded, Runs, own, welch};
+use phototaxis::render::Settings;
+use phototaxis::scene::description::{Combine, GuidingMethod, Roulette};
+use phototaxis::stats::sidak;
+
+const FALSE_ALARM: f64 = 1e-4;
+const RUNS: usize = 20;
+const BASE_RUNS: usize = 192;
+const SCENES: usize = 4;
+
+/// A way of rendering, as a change of the unguided settings.
+type Way = (&'static str, fn(&mut Settings));
+
+const UNGUIDED: [Way; 4] = [
+    ("unguided, the same again", |_| {}),
+    ("unguided, BSDF sampling only", bsdf_sampling_only),
+    ("unguided, next-event estimation only", |s| s.integrator.mis = false),
+    ("unguided, no roulette", |s| s.integrator.roulette = Roulette::None),
+];
+
+/// Chance must find the lamps: that takes more samples.
+fn bsdf_sampling_only(s: &mut Settings) {
+    (s.integrator.next_event, s.render.spp) = (false, 64);
+}
+
+/// Without normals every table covers the hemisphere about +y, and below it the BSDF's share of directions is all there
+/// is: weights are 1/bsdf_fraction at each vertex, which at 0.3 makes tails that no number of runs here would show.
+const GUIDED: [Way; 18] = [
+    ("guided", |_| {}),
+    ("lambda 0.5", |s| s.guiding.lambda = 0.5),
+    ("lambda 1", |s| s.guiding.lambda = 1.0),
+    ("retain 1", |s| s.guiding.retain = 1.0),
+    ("no normals", |s| (s.guiding.normals, s.guiding.bsdf_fraction) = (false, 0.7)),
+    ("1 stratum", |s| s.guiding.strata = 1),
+    ("4 × 4 strata", |s| s.guiding.strata = 4),
+    ("1 cell", |s| s.guiding.resolution = 1),
+    ("1 state", |s| (s.guiding.resolution, s.guiding.normals, s.guiding.bsdf_fraction) = (1, false, 0.7)),
+    // small states take more samples to fill
+    ("32 cells", |s| (s.guiding.resolution, s.guiding.retain, s.render.spp) = (32, 1.0, 96)),
+    ("bsdf_fraction 0.05", |s| s.guiding.bsdf_fraction = 0.05),
+    ("bsdf_fraction 1", |s| s.guiding.bsdf_fraction = 1.0),
+    ("combine last", |s| s.render.combine = Combine::Last),
+    // from 22 samples on the weighting has two iterations to weigh
+    ("combine inverse-variance", |s| (s.render.combine, s.render.spp) = (Combine::InverseVariance, 32)),
+    ("guided, no next event", bsdf_sampling_only),
+    ("guided, no MIS", |s| s.integrator.mis = false),
+    ("guided, no roulette", |s| s.integrator.roulette = Roulette::None),
+    ("guided, little memory", |s| s.guiding.memory = 200_000),
+];
+
+/// The settings that all ways start from: states are large, so that a few samples fill them.
+fn base(loaded: &Loaded) -> Settings {
+    let mut settings = loaded.unguided();
+    settings.render.spp = 16;
+    settings.render.combine = Combine::All;
+    settings.guiding.resolution = 8;
+    settings
+}
+
+/// Values compared in one row: the picture and its blocks.
+const VALUES: usize = 17;
+const ROWS: usize = UNGUIDED.len() + GUIDED.len() + 1;
+
+fn level() -> f64 {
+    sidak(FALSE_ALARM, SCENES * ROWS * VALUES)
+}
+
+/// One row of the table: the smallest p-value and the root mean square of t over all values.
+struct Row {
+    smallest: f64,
+    rms: f64,
+    t_of_mean: f64,
+}
+
+impl Row {
+    fn new(a: &Runs, b: &Runs) -> Row {
+        let tests: Vec<(f64, f64)> = (0..VALUES).map(|k| welch(&a.summary(k), &b.summary(k))).collect();
+        let squares: f64 = tests.iter().map(|(t, _)| t * t).sum();
+        Row {
+            smallest: tests.iter().map(|(_, p)| *p).fold(1.0, f64::min),
+            rms: (squares / VALUES as f64).sqrt(),
+            t_of_mean: tests[0].0,
+        }
+    }
+}
+
+/// Holds every way against plain path tracing. `planted` is a bias that the guided runs, taken together, would show.
+fn agree(scene: &str, loaded: &Loaded, planted: f64) {
+    let plain = loaded.runs(&base(loaded), BASE_RUNS, 1_000_000);
+    let mean = plain.summary(0);
+    println!("{scene}: unguided luminance {:.5} ± {:.5}", mean.mean, mean.std_error());
+    let mut failures = Vec::new();
+    let mut report = |name: &str, runs: &Runs| {
+        let (row, mean) = (Row::new(runs, &plain), runs.summary(0));
+        println!(
+            "{scene}: {name:38} {:.5} ± {:.5}  t {:+.2}  rms t {:.2}  smallest p {:.1e}",
+            mean.mean,
+            mean.std_error(),
+            row.t_of_mean,
+            row.rms,
+            row.smallest
+        );
+        if row.smallest < level() {
+            failures.push(format!("{name} (p = {:.1e})", row.smallest));
+        }
+    };
+    let mut guided = Vec::new();
+    for (k, (name, change)) in UNGUIDED.iter().chain(&GUIDED).enumerate() {
+        let mut settings = base(loaded);
+        if k >= UNGUIDED.len() {
+            settings.guiding.method = GuidingMethod::Grid;
+            change(&mut settings);
+            check_that_the_guide_takes_part(name, loaded, &settings);
+        }
+        change(&mut settings);
+        let runs = loaded.runs(&settings, RUNS, 1000 * k as u64);
+        report(name, &runs);
+        if k >= UNGUIDED.len() {
+            guided.push(runs);
+        }
+    }
+    let together = Runs::together(guided);
+    report("all guided runs together", &together);
+    assert!(failures.is_empty(), "{scene}: not what plain path tracing gives: {}", failures.join(", "));
+    let caught = Row::new(&together.scaled(1.0 + planted), &plain).smallest;
+    println!("{scene}: a planted bias of {planted} has p = {caught:.1e} (threshold {:.1e})", level());
+    assert!(caught < level(), "{scene}: a bias of {planted} goes unseen");
+}
+
+/// Without this the test could pass for want of a guide.
+fn check_that_the_guide_takes_part(name: &str, loaded: &Loaded, settings: &Settings) {
+    let rendering = loaded.render(settings);
+    let counters = &rendering.iterations.last().expect("there are iterations").counters;
+    let share = counters.guide_hits as f64 / counters.guide_queries as f64;
+    assert!(share > 0.05, "{name}: the guide knew an answer at {share:.2} of the vertices only");
+}
+
+#[test]
+fn cornell() {
+    agree("cornell", &own("cornell", &["film.width=28", "film.height=28"]), 0.02);
+}
+
+#[test]
+fn wall() {
+    agree("wall", &own("wall", &["film.width=24", "film.height=18"]), 0.02);
+}
+
+#[test]
+fn door() {
+    agree("door", &own("door", &["film.width=32", "film.height=18"]), 0.08);
+}
+
+#[test]
+fn glass_gloss_and_textures() {
+    agree("still life", &still_life(&["film.width=40", "film.height=30"]), 0.02);
+}

@@ -1,0 +1,91 @@
+//! The same scene, seed and budget give the same picture bit for bit, and the same guide, with any number of threads.
+
+mod common;
+
+use common::{Loaded, own};
+use phototaxis::math::Rgb;
+use phototaxis::render::{Rendering, Settings};
+use phototaxis::scene::description::GuidingMethod;
+
+/// Six tiles (their sides are 32 pixels), four iterations.
+const SIZE: [&str; 3] = ["film.width=72", "film.height=40", "render.spp=22"];
+
+/// All that a render leaves behind, as bits.
+#[derive(PartialEq)]
+struct Trace {
+    mean: Vec<[u32; 3]>,
+    variance: Vec<[u32; 3]>,
+    /// States and bytes of the guide, and its answers at the states that iterations could draw from.
+    guide: Option<(usize, usize)>,
+    usable_states: Vec<usize>,
+    guide_hits: u64,
+    transitions: u64,
+}
+
+fn trace(rendering: &Rendering) -> Trace {
+    let bits = |pixels: &[Rgb]| pixels.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
+    let sum = |count: fn(&phototaxis::integrator::Counters) -> u64| {
+        rendering.iterations.iter().map(|i| count(&i.counters)).sum()
+    };
+    Trace {
+        mean: bits(&rendering.estimate.mean),
+        variance: bits(&rendering.estimate.variance),
+        guide: rendering.guide.as_ref().map(|g| (g.states(), g.bytes())),
+        usable_states: rendering.iterations.iter().map(|i| i.usable_states).collect(),
+        guide_hits: sum(|c| c.guide_hits),
+        transitions: sum(|c| c.transitions),
+    }
+}
+
+fn with_threads(threads: usize, loaded: &Loaded, settings: &Settings) -> Trace {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    trace(&pool.install(|| loaded.render(settings)))
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    for scene in ["wall", "door"] {
+        let loaded = own(scene, &SIZE);
+        for method in [GuidingMethod::None, GuidingMethod::Grid] {
+            let mut settings = loaded.settings.clone();
+            settings.guiding.method = method;
+            let one = with_threads(1, &loaded, &settings);
+            let guided = method == GuidingMethod::Grid;
+            assert_eq!(one.guide_hits > 0 && one.transitions > 0, guided, "the guide takes part where asked");
+            for threads in [2, 3] {
+                let more = with_threads(threads, &loaded, &settings);
+                assert!(one == more, "{scene}, {method:?}: {threads} threads differ from one");
+            }
+            let (hits, usable) = (one.guide_hits, &one.usable_states);
+            println!("{scene}, {method:?}: 1, 2 and 3 threads agree ({hits} draws from a guide of {usable:?} states)");
+        }
+    }
+}
+
+#[test]
+fn the_seed_alone_decides() {
+    let loaded = own("wall", &SIZE);
+    let mut settings = loaded.settings.clone();
+    let first = trace(&loaded.render(&settings));
+    assert!(first == trace(&loaded.render(&settings)), "the same seed twice");
+    settings.render.seed += 1;
+    let other = trace(&loaded.render(&settings));
+    let equal = first.mean.iter().zip(&other.mean).filter(|(a, b)| a == b).count();
+    println!("another seed: {equal} of {} pixels equal", first.mean.len());
+    // only what sees nothing but the lamp, or nothing at all, may be equal
+    assert!(equal < first.mean.len() / 100);
+}
+
+#[test]
+fn a_longer_render_begins_like_a_shorter_one() {
+    // what is learnt in an iteration does not depend on how many will follow
+    let loaded = own("wall", &SIZE);
+    let states = |spp: u32| -> Vec<usize> {
+        let mut settings = loaded.settings.clone();
+        settings.render.spp = spp;
+        loaded.render(&settings).iterations.iter().map(|i| i.usable_states).collect()
+    };
+    let (short, long) = (states(11), states(22));
+    println!("usable states: {short:?} of a short render, {long:?} of a long one");
+    assert!(short.len() < long.len() && short[..] == long[..short.len()]);
+}

@@ -1,0 +1,98 @@
+//! Scaling all emission scales the picture and changes nothing else: no decision goes by an absolute radiance.
+
+mod common;
+
+use common::{Loaded, build, describe, mean_color, own_path, scale_emission};
+use phototaxis::film::accumulate::Estimate;
+use phototaxis::math::Rgb;
+use phototaxis::scene::description::{
+    BsdfDescription, ColorTexture, Combine, GuidingMethod, MaterialDescription, Roulette,
+};
+
+/// Enough samples for five iterations, which the weighting by variance groups in two.
+const SMALL: [&str; 3] = ["film.width=32", "film.height=24", "render.spp=46"];
+
+/// A scene of ours, its light scaled.
+fn scaled(name: &str, lamp: &str, emission: Rgb, scale: f32) -> Loaded {
+    let mut description = describe(&own_path(name), &SMALL);
+    let black = BsdfDescription::Diffuse { reflectance: ColorTexture::Constant(Rgb::ZERO) };
+    let material = MaterialDescription { bsdf: black, emission, ..MaterialDescription::default() };
+    scale_emission(&mut description, scale, &[(lamp, material)]);
+    build(&description)
+}
+
+fn picture(loaded: &Loaded, method: GuidingMethod, combine: Combine, roulette: Roulette) -> Estimate {
+    let mut settings = loaded.settings.clone();
+    settings.guiding.method = method;
+    settings.render.combine = combine;
+    settings.integrator.roulette = roulette;
+    loaded.estimate(&settings)
+}
+
+const SCENES: [(&str, &str, Rgb); 3] = [
+    ("cornell", "light", Rgb::new(32.0, 25.0, 16.0)),
+    ("wall", "lamp", Rgb::new(28.0, 26.0, 22.5)),
+    ("door", "lamp", Rgb::new(900.0, 810.0, 670.0)),
+];
+
+const WAYS: [(GuidingMethod, Combine, Roulette); 4] = [
+    (GuidingMethod::None, Combine::All, Roulette::Throughput),
+    (GuidingMethod::Grid, Combine::All, Roulette::Throughput),
+    (GuidingMethod::Grid, Combine::InverseVariance, Roulette::None),
+    (GuidingMethod::Grid, Combine::Last, Roulette::Throughput),
+];
+
+/// The scene's picture, and that under light scaled by each factor, all ways.
+fn with_each(factors: &[f32], mut check: impl FnMut(&str, Combine, f32, &Estimate, &Estimate)) {
+    for (name, lamp, emission) in SCENES {
+        let pictures = |scale: f32| {
+            let loaded = scaled(name, lamp, emission, scale);
+            WAYS.map(|(method, combine, roulette)| picture(&loaded, method, combine, roulette))
+        };
+        let one = pictures(1.0);
+        assert!(one.iter().all(|picture| picture.mean.iter().any(|p| *p != Rgb::ZERO)));
+        for factor in factors {
+            for ((a, b), way) in one.iter().zip(&pictures(*factor)).zip(WAYS) {
+                check(&format!("{name} × {factor:e}, {way:?}"), way.1, *factor, a, b);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_power_of_two_scales_every_bit() {
+    with_each(&[2.0f32.powi(-20), 2.0f32.powi(20)], |what, _, factor, a, b| {
+        let equal = |a: &[Rgb], b: &[Rgb], k: f32| a.iter().zip(b).filter(|(a, b)| **a * k == **b).count();
+        let (means, variances) = (equal(&a.mean, &b.mean, factor), equal(&a.variance, &b.variance, factor * factor));
+        println!("{what}: {means} means and {variances} variances of {} are equal", a.mean.len());
+        assert_eq!((means, variances), (a.mean.len(), a.mean.len()), "{what}");
+    });
+}
+
+/// Rounding may turn a rare decision (which stratum, which lamp), after which a path is another one. Everything else
+/// is the same to rounding, but for weights that iterations get by their variance: every path has a say in those.
+#[test]
+fn any_factor_scales_the_picture_to_rounding() {
+    with_each(&[1e-6, 1e6], |what, combine, factor, a, b| {
+        let tolerance = if combine == Combine::InverseVariance { 1e-2 } else { 1e-4 };
+        let off = |(a, b): &(&Rgb, &Rgb)| (**b / factor - **a).abs().max_element() > tolerance * a.max_element();
+        let turned = a.mean.iter().zip(&b.mean).filter(off).count();
+        let difference = mean_color(&b.mean)[1] / factor as f64 / mean_color(&a.mean)[1] - 1.0;
+        println!("{what}: {turned} of {} pixels differ, means by {difference:.1e}", a.mean.len());
+        assert!(turned * 50 < a.mean.len(), "{what}: {turned} of {} pixels differ", a.mean.len());
+        assert!(difference.abs() < 1e-3, "{what}: the means differ by {difference}");
+    });
+}
+
+/// The tests above would not see a factor that acts on one lamp only.
+#[test]
+fn a_lamp_left_behind_is_noticed() {
+    let (name, lamp, emission) = SCENES[0];
+    let (one, other) =
+        (scaled(name, lamp, emission, 1.0), scaled(name, lamp, emission * Rgb::new(1.0, 1.0, 1.001), 4.0));
+    let way = (GuidingMethod::Grid, Combine::All, Roulette::Throughput);
+    let (a, b) = (picture(&one, way.0, way.1, way.2), picture(&other, way.0, way.1, way.2));
+    let equal = a.mean.iter().zip(&b.mean).filter(|(a, b)| **a * 4.0 == **b).count();
+    println!("one channel of the lamp off by a thousandth: {equal} of {} pixels equal", a.mean.len());
+    assert!(equal * 2 < a.mean.len());
+}
