@@ -253,7 +253,7 @@ impl Default for GuidingSettings {
             resolution: 32,
             normals: true,
             strata: 12,
-            bsdf_fraction: 0.3,
+            bsdf_fraction: 0.5,
             lambda: 0.0,
             retain: 0.5,
             memory: 256 << 20,

@@ -132,7 +132,7 @@ fn memory_stays_within_its_bound() {
                 guide.end_iteration();
             }
             let per_state =
-                Shard::bytes_per_state((strata * strata) as usize) + Field::bytes_per_state((strata * strata) as usize);
+                Shard::bytes_per_state((strata * strata) as usize) + Field::bytes_per_state(&Strata::new(strata));
             let room = memory as usize / per_state;
             println!(
                 "{memory} bytes, K = {}: {} of {} states, {} bytes",
