@@ -1,6 +1,9 @@
 //! Loading: a description becomes a scene.
 
-use super::description::{LightDescription, MaterialDescription, MeshDescription, SceneDescription};
+use super::description::{
+    BsdfDescription, ColorTexture, LightDescription, MaterialDescription, MeshDescription, ScalarTexture,
+    SceneDescription,
+};
 use super::material::Material;
 use super::obj;
 use super::texture::TextureCache;
@@ -15,6 +18,7 @@ use crate::{Error, Result};
 use glam::{Affine3A, Mat3A, Vec3};
 use rustc_hash::{FxHashMap, FxHasher};
 use std::hash::Hasher;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -107,17 +111,47 @@ impl Gathered {
         library: &std::collections::BTreeMap<String, MaterialDescription>,
         scene: &SceneDescription,
     ) -> u32 {
-        let (owner, description) = match (scene.materials.get(name), library.get(name)) {
-            (Some(named), _) => (None, named.clone()),
-            (None, Some(own)) => (Some(model), own.clone()),
-            (None, None) => (Some(model), MaterialDescription::default()),
-        };
-        let materials = &mut self.materials;
-        *self.ids.entry((owner, name.to_string())).or_insert_with(|| {
-            materials.push(description);
-            materials.len() as u32 - 1
-        })
+        let named = scene.materials.get(name);
+        let owner = if named.is_some() { None } else { Some(model) };
+        if let Some(&id) = self.ids.get(&(owner, name.to_string())) {
+            return id;
+        }
+        let own = || library.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
+        self.materials.push(named.cloned().or_else(own).unwrap_or_default());
+        let id = self.materials.len() as u32 - 1;
+        self.ids.insert((owner, name.to_string()), id);
+        id
     }
+}
+
+/// Libraries travel without their pictures: a material from one goes on in half of its own colour, and opaque, and says
+/// so. A picture that a scene file names must be there.
+fn without_missing_pictures(
+    name: &str,
+    mut material: MaterialDescription,
+    warnings: &mut Vec<String>,
+) -> MaterialDescription {
+    let mut missing = |path: &Path| {
+        let gone = !path.is_file();
+        if gone {
+            warnings.push(format!("{}: the picture of material `{name}` is missing", path.display()));
+        }
+        gone
+    };
+    if let BsdfDescription::Diffuse { reflectance: color }
+    | BsdfDescription::Plastic { reflectance: color, .. }
+    | BsdfDescription::Conductor { specular_reflectance: color, .. } = &mut material.bsdf
+        && let ColorTexture::Image(image) = color
+        && missing(&image.path)
+    {
+        *color = ColorTexture::Constant(image.tint * 0.5);
+    }
+    if let Some(ScalarTexture::Image(image)) = &material.opacity
+        && missing(&image.path)
+    {
+        material.opacity = None;
+    }
+    material
 }
 
 /// Moves a mesh into world space. A mirroring turns the corners' order round, so that the winding keeps its meaning.

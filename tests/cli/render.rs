@@ -179,3 +179,15 @@ fn flags_stand_for_keys_and_set_has_the_last_word() {
     let depth = report(&["--spp", "2", "--set", "integrator.max_depth=1"]);
     assert_eq!(depth["mean_path_length"].as_f64(), Some(1.0));
 }
+
+/// Models travel without their pictures: that is worth a warning, not a refusal.
+#[test]
+fn a_library_s_missing_picture_is_a_warning() {
+    let here = folder();
+    let write = |name: &str, text: &str| std::fs::write(here.path().join(name), text).unwrap();
+    write("m.obj", "mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    write("m.mtl", "newmtl a\nKd 1 1 1\nmap_Kd nowhere.png\nmap_d nowhere.png\n");
+    let arguments = ["render", "m.obj", "--spp", "1", "-o", "m.png"];
+    let output = phototaxis(here.path()).args(arguments).args(TINY).assert().code(0).get_output().clone();
+    assert!(stderr(&output).contains("nowhere.png: the picture of material `a` is missing"), "{}", stderr(&output));
+}
