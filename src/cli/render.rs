@@ -37,7 +37,7 @@ pub struct RenderArguments {
     /// Seconds to render for; all that happens after loading counts. Without --spp, time alone decides.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     time: Option<f64>,
-    /// The guide: what learns where light comes from. [default: the scene file's, else grid]
+    /// The guide: what learns where light comes from. [default: the scene file's, else adaptive]
     #[arg(long, value_name = "METHOD")]
     guide: Option<Method>,
     /// Seed of the random numbers. [default: the scene file's, else 0]
@@ -61,7 +61,9 @@ pub struct RenderArguments {
 enum Method {
     /// No guide: directions from the material, and next-event estimation
     None,
-    /// Learns in the cells of a grid, by position and facing normal
+    /// Learns in cells that refine where it pays, by position and facing normal
+    Adaptive,
+    /// Learns in the cells of a uniform grid
     Grid,
 }
 

@@ -1,101 +1,206 @@
 //! The frozen guide: what sampling and pdf read during an iteration, and nothing changes.
 
-use super::action::Strata;
-use super::learner::Learner;
-use super::qtable::Entry;
-use super::state::{Grid, StateKey};
-use crate::geometry::Frame;
+use super::distribution::{Directions, GuidingDistribution};
+use super::learner::{Learner, Table};
+use super::qtable::{Actions, Entry, State};
+use super::states::{StateKey, States};
+use super::strata::{Domain, Strata};
+use super::tree::{Node, Totals};
 use crate::math::rng::mix;
+use crate::scene::description::GuideSampling;
 use glam::Vec3;
 use rayon::prelude::*;
-
-/// Visits of the whole state that a stratum's own must outweigh: below it, a stratum leans towards its state's mean,
-/// so that what was never tried stays possible, in units that no exposure changes.
-const PRIOR_VISITS: f32 = 1.0;
+use std::f32::consts::FRAC_1_PI;
 
 /// A state with fewer visits knows too little to guide.
 const MIN_VISITS: f32 = 16.0;
 
 /// Parts into which a row divides the unit interval.
-const WHOLE: u32 = 1 << 16;
+pub(super) const WHOLE: u32 = 1 << 16;
+
+/// How what is learnt is used.
+#[derive(Clone, Copy, Debug)]
+pub struct Use {
+    pub sampling: GuideSampling,
+    /// Share of directions left to the BSDF, where it is not learnt.
+    pub bsdf_fraction: f32,
+    pub learnt_fraction: bool,
+    /// The guide leaves out what the BSDF's share already covers (Karlík et al. 2019, "MIS Compensation").
+    pub compensation: bool,
+    /// Share of its neighbours in a stratum's estimate.
+    pub smoothing: f32,
+}
+
+/// What is known of a state besides its directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub struct Summary {
+    /// Of the state's frame; zero where the frame is that of each query.
+    normal: Vec3,
+    /// First row or node.
+    first: u32,
+    rows: u32,
+    /// ∫ Q cosθ dω: the state's irradiance (luminance) from what the table holds.
+    pub irradiance: f32,
+    /// 2π max Q cosθ: what Q-learning takes for the irradiance.
+    pub peak: f32,
+    /// Weight of the visits behind it.
+    pub visits: f32,
+    /// Share of directions left to the BSDF.
+    pub bsdf_fraction: f32,
+    /// Moments of the one-sample estimate of irradiance/π, and the rays it takes.
+    pub square: f32,
+    pub mean: f32,
+    pub rays: f32,
+}
 
 /// A snapshot of the table, ready to be drawn from.
 #[derive(Clone, Debug)]
 pub struct Field {
-    grid: Grid,
-    strata: Strata,
+    states: States,
+    table: Table,
+    usage: Use,
     /// Open addressing with linear probing, at most half full; `EMPTY` ends a probe.
     slots: Vec<(StateKey, u32)>,
-    /// Row by row, for drawing in proportion to Q·cosθ: where each stratum begins in the unit interval, in units of
-    /// 1/`WHOLE`; before these, the same for the lines of strata, so that a draw reads two short runs of a row. Small
-    /// numbers keep a row in few cache lines, where the time of a guided bounce goes; the rounding is exact for all
-    /// that reads it, as draws and densities go by the rounded numbers.
+    summaries: Vec<Summary>,
+    /// Of a hemisphere's strata, row by row: where each begins in the unit interval, in units of 1/`WHOLE`; before
+    /// these, the same for the lines of strata, so that a draw reads two short runs of a row. Small numbers keep a row
+    /// in few cache lines, where the time of a guided bounce goes; the rounding is exact for all that reads it, as
+    /// draws and densities go by the rounded numbers.
     rows: Vec<u16>,
-    /// Per row, ∫ Q cosθ dω over the hemisphere.
-    irradiance: Vec<f32>,
+    /// Of a sphere's strata: Q.
+    spheres: Vec<f32>,
+    /// Of trees.
+    nodes: Vec<Node>,
 }
 
 const EMPTY: (StateKey, u32) = (StateKey(u64::MAX), u32::MAX);
 
-/// Distribution over directions at one path vertex, frozen for this iteration.
-///
-/// Directions are unit, in world space, away from the surface; densities are per steradian. For every `wi`, `pdf(wi)`
-/// is the density with which `sample` returns it. It covers the hemisphere of the state's normal, not the BSDF's
-/// support: the mixture does that.
-#[derive(Clone, Copy, Debug)]
-pub struct GuidingDistribution<'f> {
-    strata: &'f Strata,
-    frame: &'f Frame,
-    /// As in `Field::rows`.
-    row: &'f [u16],
-    /// ∫ Q cosθ dω: the state's irradiance (luminance) from what the table holds.
-    pub irradiance: f32,
+/// Bytes that a snapshot holds for a state besides its row, its places in a hash at worst a quarter full included.
+pub(super) fn bytes_besides_rows() -> usize {
+    size_of::<Summary>() + 4 * size_of::<(StateKey, u32)>()
+}
+
+/// Bytes that a snapshot holds for a stratum, at most.
+pub(super) fn bytes_per_stratum() -> usize {
+    size_of::<f32>()
+}
+
+/// One state's part of a snapshot.
+struct Frozen {
+    key: StateKey,
+    summary: Summary,
+    row: Row,
+}
+
+enum Row {
+    Strata(Vec<u16>),
+    Sphere(Vec<f32>),
+    Tree(Vec<Node>),
 }
 
 impl Field {
     /// A field that knows nothing yet.
-    pub fn empty(grid: Grid, strata: Strata) -> Field {
-        Field { grid, strata, slots: vec![EMPTY; 2], rows: Vec::new(), irradiance: Vec::new() }
+    pub fn empty(states: States, table: Table, usage: Use) -> Field {
+        Field {
+            states,
+            table,
+            usage,
+            slots: vec![EMPTY; 2],
+            summaries: Vec::new(),
+            rows: Vec::new(),
+            spheres: Vec::new(),
+            nodes: Vec::new(),
+        }
     }
 
     /// Freezes what the learner knows now.
-    pub fn freeze(&mut self, learner: &Learner) {
-        let strata = &self.strata;
-        let usable: Vec<(StateKey, &[Entry])> = learner
-            .shards()
-            .iter()
-            .flat_map(|shard| shard.states())
-            .filter(|(_, entries)| entries.iter().map(|e| e.visits).sum::<f32>() >= MIN_VISITS)
-            .filter(|(_, entries)| entries.iter().any(|e| e.q > 0.0))
+    pub fn freeze(&mut self, states: &States, learner: &Learner) {
+        let usable: Vec<&State> = learner
+            .states()
+            .filter(|state| state.visits >= MIN_VISITS && state.entries().iter().any(|e| e.q > 0.0))
             .collect();
-        let mut rows = vec![0; usable.len() * row_length(strata)];
-        let mut irradiance = vec![0.0; usable.len()];
-        (rows.par_chunks_exact_mut(row_length(strata)), &mut irradiance, &usable)
-            .into_par_iter()
-            .for_each(|(row, irradiance, (_, entries))| *irradiance = fill_row(strata, entries, row));
-        self.slots = hash_slots(usable.iter().map(|(key, _)| *key));
-        (self.rows, self.irradiance) = (rows, irradiance);
+        let frozen: Vec<Frozen> = usable.into_par_iter().map(|state| self.freeze_state(state, states)).collect();
+        self.slots = hash_slots(frozen.iter().map(|state| state.key));
+        self.states = states.clone();
+        (self.rows, self.spheres, self.nodes) = (Vec::new(), Vec::new(), Vec::new());
+        self.summaries = frozen.into_iter().map(|state| self.append(state)).collect();
     }
 
-    pub fn grid(&self) -> &Grid {
-        &self.grid
+    fn append(&mut self, state: Frozen) -> Summary {
+        let first = match state.row {
+            Row::Strata(row) => append(&mut self.rows, row),
+            Row::Sphere(row) => append(&mut self.spheres, row),
+            Row::Tree(nodes) => append(&mut self.nodes, nodes),
+        };
+        Summary { first, ..state.summary }
     }
 
-    /// The distribution of a state, where enough is known of it.
+    fn freeze_state(&self, state: &State, states: &States) -> Frozen {
+        let fraction = if self.usage.learnt_fraction { state.fraction.share() } else { self.usage.bsdf_fraction };
+        let (row, rows, totals) = self.freeze_actions(&state.actions, fraction);
+        let summary = Summary {
+            normal: if states.oriented() { state.normal } else { Vec3::ZERO },
+            first: 0,
+            rows,
+            irradiance: totals.irradiance,
+            peak: std::f32::consts::TAU * totals.peak,
+            visits: state.visits,
+            bsdf_fraction: fraction,
+            square: state.returns.square,
+            mean: state.returns.mean,
+            rays: state.returns.rays,
+        };
+        Frozen { key: state.key, summary, row }
+    }
+
+    fn freeze_actions(&self, actions: &Actions, fraction: f32) -> (Row, u32, Totals) {
+        match (actions, &self.table) {
+            (Actions::Tree(cells), Table::Tree(shape)) => {
+                let irradiance = shape.totals(cells).irradiance;
+                let mut nodes = Vec::with_capacity(cells.nodes());
+                let totals = shape.freeze(cells, &self.usage.weight(irradiance, fraction), &mut nodes);
+                let rows = nodes.len() as u32;
+                (Row::Tree(nodes), rows, totals)
+            }
+            (Actions::Strata(entries), Table::Strata(strata)) => self.freeze_strata(entries, strata, fraction),
+            _ => unreachable!("a state's actions are those of its table"),
+        }
+    }
+
+    fn freeze_strata(&self, entries: &[Entry], strata: &Strata, fraction: f32) -> (Row, u32, Totals) {
+        let q = estimates(entries, strata, self.usage.smoothing);
+        if strata.domain() == Domain::Sphere {
+            // which half of it counts depends on the query's normal: an isotropic part of the irradiance is kept
+            let mean = q.iter().sum::<f32>() / q.len() as f32;
+            let totals = Totals { irradiance: mean / FRAC_1_PI, peak: q.iter().copied().fold(0.0, f32::max) };
+            let rows = q.len() as u32;
+            return (Row::Sphere(q), rows, totals);
+        }
+        let lit = || q.iter().zip(strata.cosines());
+        let irradiance = lit().map(|(q, cos)| q * cos).sum::<f32>() * strata.solid_angle();
+        let peak = lit().map(|(q, cos)| q * cos).fold(0.0, f32::max);
+        let weight = self.usage.weight(irradiance, fraction);
+        let row = strata_row(strata, &lit().map(|(q, cos)| weight(*q, *cos) as f64).collect::<Vec<_>>());
+        let rows = row.len() as u32;
+        (Row::Strata(row), rows, Totals { irradiance, peak })
+    }
+
+    /// The state of a point, as [`States::key`].
     #[inline]
-    pub fn distribution(&self, key: StateKey) -> Option<GuidingDistribution<'_>> {
+    pub fn state(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> StateKey {
+        self.states.key(p, n, jitter)
+    }
+
+    /// What is known of a state, where that is enough.
+    #[inline]
+    pub fn summary(&self, key: StateKey) -> Option<&Summary> {
         let mask = self.slots.len() - 1;
         let mut at = mix(key.0) as usize & mask;
         loop {
             let (found, row) = self.slots[at];
             if found == key {
-                let (row, length) = (row as usize, row_length(&self.strata));
-                return Some(GuidingDistribution {
-                    strata: &self.strata,
-                    frame: self.grid.frame(key),
-                    row: &self.rows[row * length..(row + 1) * length],
-                    irradiance: self.irradiance[row],
-                });
+                return Some(&self.summaries[row as usize]);
             }
             if found == EMPTY.0 {
                 return None;
@@ -104,79 +209,94 @@ impl Field {
         }
     }
 
-    /// The action that direction `w` (world space) is in a state; `None` below its horizon.
+    /// Where to go on at a point with the normal `n`, on the side of the path, of a state of which `summary` is known.
     #[inline]
-    pub fn action(&self, key: StateKey, w: Vec3) -> Option<usize> {
-        self.strata.index(self.grid.frame(key).to_local(w))
-    }
-
-    /// K, the strata of each state.
-    pub fn strata_count(&self) -> usize {
-        self.strata.count()
+    pub fn distribution(&self, summary: &Summary, n: Vec3) -> GuidingDistribution<'_> {
+        let range = summary.first as usize..(summary.first + summary.rows) as usize;
+        let normal = if summary.normal == Vec3::ZERO { n } else { summary.normal };
+        match &self.table {
+            Table::Tree(_) => GuidingDistribution::new(normal, Directions::Tree(&self.nodes[range])),
+            Table::Strata(strata) if strata.domain() == Domain::Hemisphere => {
+                GuidingDistribution::new(normal, Directions::Strata { strata, row: &self.rows[range] })
+            }
+            Table::Strata(strata) => {
+                GuidingDistribution::on_sphere(n, strata, &self.spheres[range], self.usage.sampling)
+            }
+        }
     }
 
     /// States that can be drawn from.
-    pub fn states(&self) -> usize {
-        self.irradiance.len()
+    pub fn len(&self) -> usize {
+        self.summaries.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.summaries.is_empty()
     }
 
     /// Bytes of the snapshot.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.rows[..]) + size_of_val(&self.irradiance[..]) + size_of_val(&self.slots[..])
-    }
-
-    /// Bytes that one state adds to a snapshot, its places in a hash at worst a quarter full included.
-    pub fn bytes_per_state(strata: &Strata) -> usize {
-        row_length(strata) * size_of::<u16>() + size_of::<f32>() + 4 * size_of::<(StateKey, u32)>()
-    }
-}
-
-impl GuidingDistribution<'_> {
-    /// A direction in world space; its density is `pdf` of it.
-    #[inline]
-    pub fn sample(&self, u_stratum: f32, u: [f32; 2]) -> Vec3 {
-        let side = self.strata.side();
-        let (lines, strata) = self.row.split_at(side);
-        let at = (u_stratum * WHOLE as f32) as u16;
-        // counting instead of searching: no branch to guess wrong, and it runs in vectors
-        let begun = |starts: &[u16]| starts.iter().map(|&start| (start <= at) as usize).sum::<usize>();
-        let line = begun(&lines[1..]);
-        let k = line * side + begun(&strata[line * side + 1..(line + 1) * side]);
-        self.frame.to_world(self.strata.direction(k, u))
-    }
-
-    /// Density per steradian of `sample` at the unit direction `w`; 0 below the horizon of the state's frame.
-    #[inline]
-    pub fn pdf(&self, w: Vec3) -> f32 {
-        let Some(k) = self.strata.index(self.frame.to_local(w)) else { return 0.0 };
-        let strata = &self.row[self.strata.side()..];
-        let end = strata.get(k + 1).map_or(WHOLE, |&start| start as u32);
-        self.strata.density((end - strata[k] as u32) as f32 / WHOLE as f32)
+        size_of_val(&self.rows[..])
+            + size_of_val(&self.spheres[..])
+            + size_of_val(&self.nodes[..])
+            + size_of_val(&self.summaries[..])
+            + size_of_val(&self.slots[..])
+            + self.states.bytes()
     }
 }
 
-fn row_length(strata: &Strata) -> usize {
-    strata.count() + strata.side()
+impl Use {
+    /// What a direction with the estimate `q` and the cosine `cos` is drawn in proportion to, in a state with the given
+    /// irradiance.
+    fn weight(&self, irradiance: f32, fraction: f32) -> impl Fn(f32, f32) -> f32 {
+        let covered = if self.compensation { fraction * irradiance * FRAC_1_PI } else { 0.0 };
+        let cosine = self.sampling != GuideSampling::Q;
+        move |q, cos| (q - covered).max(0.0) * if cosine { cos } else { 1.0 }
+    }
 }
 
-/// Fills a row for drawing from Q·cosθ and returns ∫ Q cosθ dω.
-fn fill_row(strata: &Strata, entries: &[Entry], row: &mut [u16]) -> f32 {
-    let visits: f64 = entries.iter().map(|e| e.visits as f64).sum();
-    let mean = (entries.iter().map(|e| e.q as f64 * e.visits as f64).sum::<f64>() / visits) as f32;
-    let weight = |(entry, cos): (&Entry, &f32)| {
-        let q = (entry.q * entry.visits + mean * PRIOR_VISITS) / (entry.visits + PRIOR_VISITS);
-        (q * cos) as f64
+fn append<T>(all: &mut Vec<T>, row: Vec<T>) -> u32 {
+    let first = all.len() as u32;
+    all.extend(row);
+    first
+}
+
+/// Estimates of Q by stratum: what few visits say leans towards the mean of what is known, and then each towards its
+/// neighbours in the square.
+fn estimates(entries: &[Entry], strata: &Strata, smoothing: f32) -> Vec<f32> {
+    let known = entries.iter().filter(|e| e.visits > 0.0);
+    let (sum, n) = known.fold((0.0, 0), |(sum, n), e| (sum + e.q, n + 1));
+    let prior = if n > 0 { sum / n as f32 } else { 0.0 };
+    let own: Vec<f32> = entries.iter().map(|e| e.shrunk(prior)).collect();
+    if smoothing == 0.0 {
+        return own;
+    }
+    let (columns, lines) = (strata.columns(), strata.lines());
+    let neighbours = |k: usize| {
+        let (x, y) = (k % columns, k / columns);
+        let near = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
+        near.into_iter().filter(move |&(x, y)| x < columns && y < lines).map(move |(x, y)| y * columns + x)
     };
-    let weights = || entries.iter().zip(strata.cosines()).map(weight);
-    let whole: f64 = weights().sum();
-    let (lines, starts) = row.split_at_mut(strata.side());
+    let smoothed = |k: usize| {
+        let (sum, n) = neighbours(k).fold((0.0, 0), |(sum, n), i| (sum + own[i], n + 1));
+        if n == 0 { own[k] } else { (1.0 - smoothing) * own[k] + smoothing * sum / n as f32 }
+    };
+    (0..own.len()).map(smoothed).collect()
+}
+
+/// A row for drawing strata in proportion to `weights`.
+fn strata_row(strata: &Strata, weights: &[f64]) -> Vec<u16> {
+    let whole: f64 = weights.iter().sum();
+    let (columns, lines) = (strata.columns(), strata.lines());
+    let mut row = vec![0; lines + weights.len()];
     let mut begun = 0.0;
-    for (start, weight) in starts.iter_mut().zip(weights()) {
-        *start = (begun / whole * WHOLE as f64).round().min((WHOLE - 1) as f64) as u16;
+    for (k, weight) in weights.iter().enumerate() {
+        let share = if whole > 0.0 { begun / whole } else { k as f64 / weights.len() as f64 };
+        row[lines + k] = (share * WHOLE as f64).round().min((WHOLE - 1) as f64) as u16;
         begun += weight;
     }
-    lines.iter_mut().zip(starts.chunks_exact(strata.side())).for_each(|(line, starts)| *line = starts[0]);
-    whole as f32 * strata.solid_angle()
+    (0..lines).for_each(|line| row[line] = row[lines + line * columns]);
+    row
 }
 
 fn hash_slots(keys: impl ExactSizeIterator<Item = StateKey>) -> Vec<(StateKey, u32)> {

@@ -1,21 +1,73 @@
 //! The learner: folds transitions into the Q-table between rounds, and only there.
 
-use super::qtable::Shard;
-use super::recorder::{Recorder, SHARDS};
+use super::qtable::{Actions, Entry, Fraction, Returns, Shard, State};
+use super::recorder::{Recorder, SHARDS, Transition, shard_of};
+use super::states::StateKey;
+use super::strata::{Domain, Strata};
+use super::tree::{Cells, FAN, TreeShape};
+use crate::geometry::Frame;
+use crate::scene::description::Rate;
+use glam::Vec3;
 use rayon::prelude::*;
+
+/// The directions of a state.
+#[derive(Clone, Debug)]
+pub enum Table {
+    Strata(Strata),
+    Tree(TreeShape),
+}
+
+impl Table {
+    fn nothing_known(&self) -> Actions {
+        match self {
+            Table::Strata(strata) => Actions::Strata(vec![Entry::default(); strata.count()]),
+            Table::Tree(_) => Actions::Tree(Cells::new()),
+        }
+    }
+
+    /// Irradiance from each sixteenth of the directions, for telling states apart.
+    pub fn profile(&self, actions: &Actions) -> [f32; FAN] {
+        match (actions, self) {
+            (Actions::Tree(cells), Table::Tree(shape)) => shape.profile(cells),
+            (Actions::Strata(entries), Table::Strata(strata)) => {
+                let mut profile = [0.0; FAN];
+                let (columns, lines) = (strata.columns(), strata.lines());
+                for (k, entry) in entries.iter().enumerate() {
+                    let cos = strata.cosines().get(k).copied().unwrap_or(1.0);
+                    let (x, y) = (4 * (k % columns) / columns, 4 * (k / columns) / lines);
+                    profile[4 * y + x] += entry.q * cos * strata.solid_angle();
+                }
+                profile
+            }
+            _ => unreachable!("a state's actions are those of its table"),
+        }
+    }
+}
+
+/// Step of the learnt BSDF fraction, and how fast its moments fade (Müller 2019, Kingma & Ba 2015).
+const STEP: f32 = 0.01;
+const FADE_FIRST: f32 = 0.9;
+const FADE_SECOND: f32 = 0.999;
+/// Pulls the fraction towards one half.
+const REGULARISATION: f32 = 0.01;
+const MAX_LOGIT: f32 = 20.0;
 
 /// Owns the Q-table; the only code that changes it.
 #[derive(Clone, Debug)]
 pub struct Learner {
     shards: Vec<Shard>,
-    /// States that all shards together may hold.
-    capacity: usize,
+    pub table: Table,
+    /// Whether a state's table is held in the frame about its own normal.
+    oriented: bool,
+    rate: Rate,
+    /// Bytes that all shards together may hold.
+    memory: usize,
 }
 
 impl Learner {
-    /// A learner over `actions` strata that keeps at most `states` states.
-    pub fn new(actions: usize, states: usize) -> Learner {
-        Learner { shards: (0..SHARDS).map(|_| Shard::new(actions)).collect(), capacity: states }
+    pub fn new(table: Table, oriented: bool, rate: Rate, memory: usize) -> Learner {
+        let shards = (0..SHARDS).map(|_| Shard::default()).collect();
+        Learner { shards, table, oriented, rate, memory }
     }
 
     /// Folds what the tiles recorded, in the order of `recorders`; shards are independent, so the result is the
@@ -24,32 +76,178 @@ impl Learner {
     /// Targets were computed from the frozen table, so one visit after the other, Q ← Q + (target − Q)/n, gives
     /// just what one batch update with the vanishing rate w = b/(n + b) would.
     pub fn fold(&mut self, recorders: &[&Recorder]) {
-        let states = self.capacity;
-        self.shards.par_iter_mut().enumerate().for_each(|(k, shard)| {
-            // Shares of the whole that add up to no more than it, however few states there is room for.
-            let capacity = states / SHARDS + usize::from(k < states % SHARDS);
+        let room = self.memory / SHARDS;
+        let Learner { shards, table, oriented, rate, .. } = self;
+        shards.par_iter_mut().enumerate().for_each(|(k, shard)| {
             for transition in recorders.iter().flat_map(|recorder| recorder.shard(k)) {
-                let Some(row) = shard.row_or_insert(transition.key, capacity) else { continue };
-                let entry = shard.entry_mut(row, transition.action as usize);
-                entry.visits += 1.0;
-                entry.q += (transition.target - entry.q) / entry.visits;
+                if shard.get(transition.key).is_none() && !make_room(shard, table, transition, room) {
+                    continue;
+                }
+                let state = shard.get_mut(transition.key).expect("it is there or was made");
+                visit(state, transition, table, *oriented, *rate);
             }
         });
     }
 
-    /// Begins an iteration: earlier visits keep only the share `retain` of their weight. Early targets were
-    /// bootstrapped from a table that knew little; a rate of 1/n alone forgets their error only as n^−(1−albedo).
-    pub fn forget(&mut self, retain: f32) {
+    /// Cuts tables anew where the light is. Comes between two iterations, before the snapshot is taken.
+    pub fn refine_actions(&mut self) {
+        let Table::Tree(shape) = &self.table else { return };
+        let room = self.memory / SHARDS;
         self.shards.par_iter_mut().for_each(|shard| {
-            shard.entries_mut().iter_mut().for_each(|entry| entry.visits *= retain);
+            let mut left = room.saturating_sub(shard.bytes());
+            for state in shard.states_mut() {
+                let before = state.bytes();
+                let Actions::Tree(cells) = &mut state.actions else { continue };
+                let refined = shape.refine(cells);
+                if refined.bytes() <= cells.bytes() + left {
+                    *cells = refined;
+                    left = (left + before).saturating_sub(state.bytes());
+                }
+            }
+            shard.count_bytes();
         });
     }
 
-    pub fn shards(&self) -> &[Shard] {
-        &self.shards
+    /// Begins an iteration, once the snapshot is taken: earlier visits keep only a share of their weight. Early targets
+    /// were bootstrapped from a table that knew little; a rate of 1/n alone forgets their error only as n^−(1−albedo).
+    pub fn fade(&mut self) {
+        let retain = match self.rate {
+            Rate::Forgetting(retain) => retain,
+            Rate::Vanishing | Rate::Constant(_) => 1.0,
+        };
+        self.shards.par_iter_mut().flat_map(|shard| shard.states_mut()).for_each(|state| {
+            state.entries_mut().iter_mut().for_each(|entry| entry.visits *= retain);
+            state.visits *= retain;
+            state.returns.weight *= retain;
+            state.fresh = 0.0;
+        });
     }
 
-    pub fn states(&self) -> usize {
-        self.shards.iter().map(Shard::len).sum()
+    /// Replaces each state by others: `heirs` says by which; where it says nothing, the state stays.
+    pub fn replace(&mut self, heirs: impl Fn(&State) -> Option<Vec<State>> + Sync) {
+        let new: Vec<Vec<State>> = self
+            .shards
+            .par_iter_mut()
+            .map(|shard| {
+                let new = shard.states().iter().filter_map(&heirs).flatten().collect();
+                shard.retain(|state| heirs(state).is_none());
+                new
+            })
+            .collect();
+        let room = self.memory / SHARDS;
+        for state in new.into_iter().flatten() {
+            let shard = &mut self.shards[shard_of(state.key)];
+            if shard.get(state.key).is_none() && shard.bytes() + state.bytes() <= room {
+                shard.insert(state);
+            }
+        }
+    }
+
+    pub fn get(&self, key: StateKey) -> Option<&State> {
+        self.shards[shard_of(key)].get(key)
+    }
+
+    /// All states, in an order that depends on nothing but what was learnt.
+    pub fn states(&self) -> impl Iterator<Item = &State> {
+        self.shards.iter().flat_map(|shard| shard.states())
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.shards.iter().map(Shard::bytes).sum()
+    }
+}
+
+/// Makes a state for a transition, if there is room.
+fn make_room(shard: &mut Shard, table: &Table, transition: &Transition, room: usize) -> bool {
+    let state = State {
+        key: transition.key,
+        normal: transition.normal.unpack(),
+        actions: table.nothing_known(),
+        visits: 0.0,
+        fresh: 0.0,
+        returns: Returns::default(),
+        fraction: Fraction::default(),
+    };
+    let fits = shard.bytes() + state.bytes() <= room;
+    if fits {
+        shard.insert(state);
+    }
+    fits
+}
+
+/// One visit.
+fn visit(state: &mut State, transition: &Transition, table: &Table, oriented: bool, rate: Rate) {
+    state.visits += 1.0;
+    state.fresh += 1.0;
+    let normal = if oriented { state.normal } else { transition.normal.unpack() };
+    let wi = transition.wi.unpack();
+    let entry = match (&mut state.actions, table) {
+        (Actions::Strata(entries), Table::Strata(strata)) => {
+            strata.index(in_table(strata.domain(), normal, wi)).map(|k| &mut entries[k])
+        }
+        (Actions::Tree(cells), Table::Tree(_)) => cells.entry_mut(Frame::from_normal(normal).to_local(wi)),
+        _ => unreachable!("a state's actions are those of its table"),
+    };
+    if let Some(entry) = entry {
+        entry.visits += 1.0;
+        // the first visit has nothing to keep
+        let step = match rate {
+            Rate::Constant(alpha) if entry.visits > 1.0 => alpha,
+            _ => 1.0 / entry.visits,
+        };
+        entry.q += (transition.target - entry.q) * step;
+    }
+    state.returns.add(transition);
+    state.fraction.step(transition);
+}
+
+/// A direction as a table holds it: hemispheres about the state's normal, spheres in world space.
+pub fn in_table(domain: Domain, normal: Vec3, w: Vec3) -> Vec3 {
+    match domain {
+        Domain::Hemisphere => Frame::from_normal(normal).to_local(w),
+        Domain::Sphere => w,
+    }
+}
+
+impl Returns {
+    fn add(&mut self, transition: &Transition) {
+        if transition.scattered == 0.0 {
+            return;
+        }
+        let estimate = transition.target * transition.scattered / transition.pdf;
+        self.weight += 1.0;
+        let step = 1.0 / self.weight;
+        self.mean += (estimate - self.mean) * step;
+        self.square += (estimate * estimate - self.square) * step;
+        self.rays += (transition.rays - self.rays) * step;
+    }
+}
+
+impl Fraction {
+    /// The share of directions left to the BSDF.
+    pub fn share(&self) -> f32 {
+        1.0 / (1.0 + (-self.logit).exp())
+    }
+
+    /// One step down the gradient of the Kullback-Leibler divergence of the mixture from the product f·cosθ·L
+    /// (Müller 2019, §10.5). The step is the gradient in units of its own running size, so exposure is nothing to it.
+    fn step(&mut self, transition: &Transition) {
+        let Transition { target, scattered, pdf, bsdf_pdf, guide_pdf, .. } = *transition;
+        let share = self.share();
+        let mixture = share * bsdf_pdf + (1.0 - share) * guide_pdf;
+        let product = target * scattered;
+        if !(product > 0.0 && mixture > 0.0 && guide_pdf >= 0.0) {
+            return;
+        }
+        let gradient = -product / (pdf * mixture) * (bsdf_pdf - guide_pdf) * share * (1.0 - share);
+        self.steps += 1;
+        self.first = FADE_FIRST * self.first + (1.0 - FADE_FIRST) * gradient;
+        self.second = FADE_SECOND * self.second + (1.0 - FADE_SECOND) * gradient * gradient;
+        let unbiased = |moment: f32, fade: f32| moment / (1.0 - fade.powi(self.steps.min(10_000) as i32));
+        let second = unbiased(self.second, FADE_SECOND).sqrt();
+        if second > 0.0 {
+            let move_by = STEP * (unbiased(self.first, FADE_FIRST) / second + REGULARISATION * self.logit);
+            self.logit = (self.logit - move_by).clamp(-MAX_LOGIT, MAX_LOGIT);
+        }
     }
 }

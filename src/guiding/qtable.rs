@@ -1,17 +1,9 @@
-//! The Q-table: stores values and visits by state and action, and does nothing else.
+//! The Q-table: stores what is known by state and action, and does nothing else.
 
-use super::state::StateKey;
+use super::states::StateKey;
+use super::tree::Cells;
+use glam::Vec3;
 use rustc_hash::FxHashMap;
-
-/// The part of the table whose states hash to one shard. States get rows in the order in which they are first met.
-#[derive(Clone, Debug)]
-pub struct Shard {
-    actions: usize,
-    rows: FxHashMap<StateKey, u32>,
-    keys: Vec<StateKey>,
-    /// Row by row: what is known of a state-action pair.
-    entries: Vec<Entry>,
-}
 
 /// A state-action pair: the estimate of incident radiance (luminance), and the weight of the visits behind it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,51 +12,143 @@ pub struct Entry {
     pub visits: f32,
 }
 
-impl Shard {
-    pub fn new(actions: usize) -> Shard {
-        Shard { actions, rows: FxHashMap::default(), keys: Vec::new(), entries: Vec::new() }
-    }
+/// Visits that an entry's own must outweigh: below it, it leans towards what its surroundings say, so that what was
+/// never tried stays possible, in units that no exposure changes.
+const PRIOR_VISITS: f32 = 1.0;
 
-    /// The row of a state; a new one where there is room for it among at most `capacity` states.
+impl Entry {
+    /// The estimate, leaning towards `prior` where visits are few.
     #[inline]
-    pub fn row_or_insert(&mut self, key: StateKey, capacity: usize) -> Option<usize> {
-        if let Some(&row) = self.rows.get(&key) {
-            return Some(row as usize);
-        }
-        let row = self.keys.len();
-        if row >= capacity {
-            return None;
-        }
-        self.rows.insert(key, row as u32);
-        self.keys.push(key);
-        self.entries.resize(self.entries.len() + self.actions, Entry::default());
-        Some(row)
+    pub fn shrunk(self, prior: f32) -> f32 {
+        (self.q * self.visits + prior * PRIOR_VISITS) / (self.visits + PRIOR_VISITS)
+    }
+}
+
+/// Values by action.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Actions {
+    Strata(Vec<Entry>),
+    Tree(Cells),
+}
+
+/// What is known of one state.
+#[derive(Clone, Debug)]
+pub struct State {
+    pub key: StateKey,
+    /// The normal of the first visit; the table of an oriented state is held in the frame about it.
+    pub normal: Vec3,
+    pub actions: Actions,
+    /// Weight of all visits.
+    pub visits: f32,
+    /// Visits since the iteration began.
+    pub fresh: f32,
+    pub returns: Returns,
+    pub fraction: Fraction,
+}
+
+/// Moments of the one-sample estimate of a state's irradiance over π, that is of target·f·cosθ/p with the BSDF's albedo
+/// divided out, and the rays it took. Roulette and splitting go by them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Returns {
+    pub weight: f32,
+    pub mean: f32,
+    pub square: f32,
+    pub rays: f32,
+}
+
+/// Logit of the share of directions left to the BSDF, and the moments of its gradient (Kingma & Ba 2015).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fraction {
+    pub logit: f32,
+    pub first: f32,
+    pub second: f32,
+    pub steps: u32,
+}
+
+impl State {
+    /// Bytes of the state and its place in the map at full load, snapshot included.
+    pub fn bytes(&self) -> usize {
+        bytes_besides_actions()
+            + match &self.actions {
+                Actions::Strata(entries) => bytes_of_strata(entries.len()),
+                Actions::Tree(cells) => cells.bytes(),
+            }
     }
 
-    #[inline]
-    pub fn entry_mut(&mut self, row: usize, action: usize) -> &mut Entry {
-        &mut self.entries[row * self.actions + action]
-    }
-
-    /// All states with their entries, in the order of their rows.
-    pub fn states(&self) -> impl Iterator<Item = (StateKey, &[Entry])> {
-        self.keys.iter().copied().zip(self.entries.chunks_exact(self.actions))
+    pub fn entries(&self) -> &[Entry] {
+        match &self.actions {
+            Actions::Strata(entries) => entries,
+            Actions::Tree(cells) => &cells.entries,
+        }
     }
 
     pub fn entries_mut(&mut self) -> &mut [Entry] {
-        &mut self.entries
+        match &mut self.actions {
+            Actions::Strata(entries) => entries,
+            Actions::Tree(cells) => &mut cells.entries,
+        }
+    }
+}
+
+/// Bytes of `k` strata, learnt and frozen.
+pub fn bytes_of_strata(k: usize) -> usize {
+    k * (size_of::<Entry>() + super::field::bytes_per_stratum())
+}
+
+/// Bytes of a state of which no direction is known, snapshot included.
+pub fn bytes_besides_actions() -> usize {
+    size_of::<State>() + 2 * (size_of::<(StateKey, u32)>() + 1) + super::field::bytes_besides_rows()
+}
+
+/// The part of the table whose states hash to one shard. States are held in the order in which they are first met.
+#[derive(Clone, Debug, Default)]
+pub struct Shard {
+    rows: FxHashMap<StateKey, u32>,
+    states: Vec<State>,
+    bytes: usize,
+}
+
+impl Shard {
+    #[inline]
+    pub fn get(&self, key: StateKey) -> Option<&State> {
+        self.rows.get(&key).map(|&row| &self.states[row as usize])
     }
 
-    pub fn len(&self) -> usize {
-        self.keys.len()
+    #[inline]
+    pub fn get_mut(&mut self, key: StateKey) -> Option<&mut State> {
+        self.rows.get(&key).map(|&row| &mut self.states[row as usize])
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.keys.is_empty()
+    pub fn insert(&mut self, state: State) -> &mut State {
+        self.bytes += state.bytes();
+        self.rows.insert(state.key, self.states.len() as u32);
+        self.states.push(state);
+        self.states.last_mut().expect("just pushed")
     }
 
-    /// Bytes that one state takes in a shard: its entries, its key, and its place in the map at full load.
-    pub fn bytes_per_state(actions: usize) -> usize {
-        actions * size_of::<Entry>() + size_of::<StateKey>() + 2 * (size_of::<(StateKey, u32)>() + 1)
+    /// Drops the states that `keep` does not want.
+    pub fn retain(&mut self, keep: impl Fn(&State) -> bool) {
+        self.states.retain(keep);
+        self.states.shrink_to_fit();
+        self.rows = self.states.iter().enumerate().map(|(row, state)| (state.key, row as u32)).collect();
+        self.count_bytes();
+    }
+
+    /// Counts again after states have changed in size.
+    pub fn count_bytes(&mut self) {
+        self.bytes = self.states.iter().map(State::bytes).sum();
+    }
+
+    pub fn states(&self) -> &[State] {
+        &self.states
+    }
+
+    pub fn states_mut(&mut self) -> &mut [State] {
+        &mut self.states
+    }
+
+    /// Bytes of the shard's states, snapshot included.
+    pub fn bytes(&self) -> usize {
+        self.bytes
     }
 }

@@ -1,6 +1,7 @@
 //! What a tile learnt: transitions, in the order of its paths, sorted only by the shard that will read them.
 
-use super::state::StateKey;
+use super::direction::PackedDirection;
+use super::states::StateKey;
 use crate::math::rng::mix;
 
 /// Shards of the table that are updated in parallel. Fixed, so that no result depends on the number of threads.
@@ -12,16 +13,29 @@ pub fn shard_of(key: StateKey) -> usize {
     (mix(key.0) >> 59) as usize
 }
 
-/// One visit to a state-action pair, and the radiance (luminance) that arrived from there.
+/// One visit to a state: the direction in which the path went on, and the radiance that arrived from there.
 #[derive(Clone, Copy, Debug)]
 pub struct Transition {
     pub key: StateKey,
+    /// Away from the surface, world space.
+    pub wi: PackedDirection,
+    /// Shading normal on the side of the path.
+    pub normal: PackedDirection,
+    /// Radiance (luminance) that arrived along `wi`.
     pub target: f32,
-    pub action: u16,
+    /// Density of the mixture that drew `wi`, of the BSDF alone and of the guide alone, per steradian; the last is
+    /// negative where the guide knew nothing.
+    pub pdf: f32,
+    pub bsdf_pdf: f32,
+    pub guide_pdf: f32,
+    /// Luminance of f·|cosθ|, divided by the albedo.
+    pub scattered: f32,
+    /// Rays that the rest of the path took.
+    pub rays: f32,
 }
 
 /// Owned by one tile while it renders, then folded into the table in the order of tiles.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Recorder {
     shards: Vec<Vec<Transition>>,
 }
@@ -40,15 +54,17 @@ impl Recorder {
         &self.shards[shard]
     }
 
-    pub fn clear(&mut self) {
-        self.shards.iter_mut().for_each(Vec::clear);
-    }
-
     pub fn len(&self) -> usize {
         self.shards.iter().map(Vec::len).sum()
     }
 
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+}
+
+impl Default for Recorder {
+    fn default() -> Recorder {
+        Recorder::new()
     }
 }

@@ -1,6 +1,6 @@
 //! The memory of a batch of paths, and what comes out of it.
 
-use super::backup::Vertex;
+use super::backup::{Arrival, Followed, Vertex};
 use crate::embree::{HitBatch, ShadowBatch};
 use crate::film::tile::{Features, Tile, TileSamples};
 use crate::guiding::Recorder;
@@ -22,8 +22,7 @@ impl Task {
     }
 }
 
-/// Paths under way, as parallel arrays in the order of their rays. Compaction moves a path only towards the front,
-/// so one set of arrays serves two waves.
+/// Paths under way, as parallel arrays in the order of their rays.
 #[derive(Default)]
 pub(super) struct Paths {
     /// Place in the batch: which pixel and sample.
@@ -34,6 +33,18 @@ pub(super) struct Paths {
     pub pdf: Vec<Option<f32>>,
     /// What roulette goes by: the share of light that scattering would have left on the way here.
     pub analog: Vec<f32>,
+    /// How the path came here; kept where something is learnt.
+    pub arrival: Vec<Arrival>,
+}
+
+/// A path that goes on.
+pub(super) struct Continuation {
+    pub slot: u32,
+    pub throughput: Rgb,
+    pub rng: Rng,
+    pub pdf: Option<f32>,
+    pub analog: f32,
+    pub arrival: Option<Arrival>,
 }
 
 impl Paths {
@@ -43,14 +54,34 @@ impl Paths {
         self.rng.clear();
         self.pdf.clear();
         self.analog.clear();
+        self.arrival.clear();
     }
 
-    pub fn push_camera(&mut self, slot: u32, rng: Rng) {
-        self.slot.push(slot);
-        self.throughput.push(Rgb::ONE);
-        self.rng.push(rng);
-        self.pdf.push(None);
-        self.analog.push(1.0);
+    #[inline]
+    pub fn push(&mut self, path: Continuation) {
+        self.slot.push(path.slot);
+        self.throughput.push(path.throughput);
+        self.rng.push(path.rng);
+        self.pdf.push(path.pdf);
+        self.analog.push(path.analog);
+        self.arrival.extend(path.arrival);
+    }
+}
+
+/// The rays of a wave and the paths that cast them.
+pub(super) struct Wave {
+    pub rays: HitBatch,
+    pub paths: Paths,
+}
+
+impl Wave {
+    fn new() -> Wave {
+        Wave { rays: HitBatch::with_capacity(0), paths: Paths::default() }
+    }
+
+    pub fn clear(&mut self) {
+        self.rays.clear();
+        self.paths.clear();
     }
 }
 
@@ -76,12 +107,14 @@ impl NextEvents {
 
 /// Scratch memory for one batch at a time; a worker keeps it from task to task.
 pub struct Batch {
-    pub(super) rays: HitBatch,
+    /// The wave under way, and the next one as it grows.
+    pub(super) wave: Wave,
+    pub(super) next: Wave,
     pub(super) shadow_rays: ShadowBatch,
-    pub(super) paths: Paths,
     pub(super) next_events: NextEvents,
-    pub(super) waves: Vec<Vec<Vertex>>,
-    pub(super) returns: Vec<Rgb>,
+    /// Vertices by wave, where something is learnt.
+    pub(super) vertices: Vec<Vec<Vertex>>,
+    pub(super) followed: [Vec<Followed>; 2],
     pub(super) radiance: Vec<Rgb>,
     pub(super) features: Vec<Features>,
 }
@@ -89,12 +122,12 @@ pub struct Batch {
 impl Batch {
     pub fn new() -> Batch {
         Batch {
-            rays: HitBatch::with_capacity(0),
+            wave: Wave::new(),
+            next: Wave::new(),
             shadow_rays: ShadowBatch::with_capacity(0),
-            paths: Paths::default(),
             next_events: NextEvents::default(),
-            waves: Vec::new(),
-            returns: Vec::new(),
+            vertices: Vec::new(),
+            followed: Default::default(),
             radiance: Vec::new(),
             features: Vec::new(),
         }

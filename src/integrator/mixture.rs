@@ -25,60 +25,79 @@ pub struct DirectionSample {
     pub wi: Vec3,
     /// f·|cosθ|/p, p being the density of the whole mixture.
     pub weight: Rgb,
-    /// Density of the mixture per steradian, `None` for a delta lobe.
-    pub pdf: Option<f32>,
+    /// `None` for a delta lobe.
+    pub pdf: Option<Densities>,
+}
+
+/// Densities of a direction, per steradian.
+#[derive(Clone, Copy, Debug)]
+pub struct Densities {
+    pub mixture: f32,
+    pub bsdf: f32,
+    /// Negative without a guide.
+    pub guide: f32,
 }
 
 impl<'a> Mixture<'a> {
     /// `guide` is what the state knows, `bsdf_fraction` the share that the BSDF keeps where there is a guide.
     #[inline]
     pub fn new(bsdf: &'a Bsdf<'a>, guide: Option<GuidingDistribution<'a>>, bsdf_fraction: f32) -> Mixture<'a> {
-        let guide = guide.filter(|_| bsdf.roughness() >= MIN_GUIDED_ROUGHNESS);
         let bsdf_fraction = if guide.is_some() { bsdf_fraction } else { 1.0 };
         Mixture { bsdf, guide, bsdf_fraction }
+    }
+
+    /// Whether a guide can help this BSDF.
+    #[inline]
+    pub fn guides(bsdf: &Bsdf) -> bool {
+        bsdf.roughness() >= MIN_GUIDED_ROUGHNESS
     }
 
     /// Value f·|cosθ| of the BSDF's smooth lobes and density of the mixture at `wi` (world space).
     #[inline]
     pub fn eval_pdf(&self, si: &SurfaceInteraction, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        let (f, pdf) = self.eval(si, wo, wi);
+        (f, pdf.mixture)
+    }
+
+    #[inline]
+    fn eval(&self, si: &SurfaceInteraction, wo: Vec3, wi: Vec3) -> (Rgb, Densities) {
         if !si.consistent(wi) {
-            return (Rgb::ZERO, 0.0);
+            return (Rgb::ZERO, Densities { mixture: 0.0, bsdf: 0.0, guide: 0.0 });
         }
         let (f, pdf) = self.bsdf.eval_pdf(wo, si.frame.to_local(wi));
-        match &self.guide {
-            None => (f, pdf),
-            Some(guide) => (f, self.bsdf_fraction * pdf + (1.0 - self.bsdf_fraction) * guide.pdf(wi)),
-        }
+        (f, self.densities(pdf, wi))
+    }
+
+    #[inline]
+    fn densities(&self, bsdf: f32, wi: Vec3) -> Densities {
+        let Some(guide) = &self.guide else { return Densities { mixture: bsdf, bsdf, guide: -1.0 } };
+        let guide = guide.pdf(wi);
+        Densities { mixture: self.bsdf_fraction * bsdf + (1.0 - self.bsdf_fraction) * guide, bsdf, guide }
     }
 
     /// Draws a direction. `wo` is in the shading frame. `None` where the path ends.
     #[inline]
     pub fn sample(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
-        let Some(guide) = &self.guide else {
+        let Some(guide) = self.guide.as_ref().filter(|_| rng.f32() >= self.bsdf_fraction) else {
             return self.sample_bsdf(si, wo, rng);
         };
-        if rng.f32() < self.bsdf_fraction {
-            let drawn = self.sample_bsdf(si, wo, rng)?;
-            let Some(bsdf_pdf) = drawn.pdf else {
-                return Some(DirectionSample { weight: drawn.weight / self.bsdf_fraction, ..drawn });
-            };
-            let pdf = self.bsdf_fraction * bsdf_pdf + (1.0 - self.bsdf_fraction) * guide.pdf(drawn.wi);
-            return Some(DirectionSample { weight: drawn.weight * (bsdf_pdf / pdf), pdf: Some(pdf), ..drawn });
-        }
-        let wi = guide.sample(rng.f32(), rng.f32x2());
-        let (f, pdf) = self.eval_pdf(si, wo, wi);
-        (f != Rgb::ZERO && pdf > 0.0).then(|| DirectionSample { wi, weight: f / pdf, pdf: Some(pdf) })
+        let wi = guide.sample(rng.f64(), rng.f32x2());
+        let (f, pdf) = self.eval(si, wo, wi);
+        (f != Rgb::ZERO && pdf.mixture > 0.0).then(|| DirectionSample { wi, weight: f / pdf.mixture, pdf: Some(pdf) })
     }
 
     #[inline]
     fn sample_bsdf(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
         let drawn = self.bsdf.sample(wo, rng.f32(), rng.f32x2())?;
         let wi = si.frame.to_world(drawn.wi);
-        (si.consistent(wi) && drawn.weight != Rgb::ZERO).then(|| DirectionSample {
-            wi,
-            weight: drawn.weight,
-            pdf: (!drawn.delta).then_some(drawn.pdf),
-        })
+        if !si.consistent(wi) || drawn.weight == Rgb::ZERO {
+            return None;
+        }
+        if drawn.delta {
+            return Some(DirectionSample { wi, weight: drawn.weight / self.bsdf_fraction, pdf: None });
+        }
+        let pdf = self.densities(drawn.pdf, wi);
+        Some(DirectionSample { wi, weight: drawn.weight * (drawn.pdf / pdf.mixture), pdf: Some(pdf) })
     }
 }
 

@@ -4,6 +4,8 @@ mod backup;
 pub mod batch;
 pub mod mixture;
 pub mod path;
+mod roulette;
 
 pub use batch::{Batch, BatchResult, Counters, Task};
 pub use path::PathIntegrator;
+pub use roulette::Efficiency;

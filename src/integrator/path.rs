@@ -1,21 +1,22 @@
 //! The path tracer: a batch of paths, advanced bounce by bounce.
 
-use super::backup::{self, Vertex};
-use super::batch::{Batch, BatchResult, Counters, Task};
-use super::mixture::Mixture;
+use super::backup::{self, Arrival, Edge, Expectation, Vertex};
+use super::batch::{Batch, BatchResult, Continuation, Counters, Task};
+use super::mixture::{DirectionSample, Mixture};
+use super::roulette::{Efficiency, MAX_SURVIVAL};
 use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, Hit, Ray};
 use crate::film::tile::{Features, TileSamples};
 use crate::geometry::SurfaceInteraction;
-use crate::guiding::{Field, Recorder, StateKey};
-use crate::math::{Rgb, rng::Rng};
+use crate::guiding::{Field, PackedDirection, Recorder, StateKey, Summary};
+use crate::math::{Rgb, luminance, rng::Rng};
 use crate::scene::Scene;
-use crate::scene::description::{IntegratorSettings, Roulette};
+use crate::scene::description::{GuidingSettings, IntegratorSettings, Roulette};
 use glam::Vec3;
 use std::time::{Duration, Instant};
 
-/// Survival of roulette at most, so that no path between mirrors runs for ever.
-const MAX_SURVIVAL: f32 = 0.95;
+/// Splitting stops where a wave has this many times the paths of its batch.
+const MAX_WAVE: usize = 4;
 
 /// Everything a batch reads and nothing it writes.
 #[derive(Clone, Copy)]
@@ -32,10 +33,19 @@ pub struct PathIntegrator<'a> {
 #[derive(Clone, Copy)]
 pub struct GuideUse<'a> {
     pub field: &'a Field,
-    pub bsdf_fraction: f32,
-    pub lambda: f32,
+    pub settings: &'a GuidingSettings,
     /// Whether transitions are recorded.
     pub learn: bool,
+    /// What guided roulette goes by; `None` while too little is known of the picture.
+    pub efficiency: Option<&'a Efficiency>,
+}
+
+/// What the guide knows of a vertex.
+struct Guided<'a> {
+    key: StateKey,
+    /// Shading normal on the side of the path.
+    normal: Vec3,
+    summary: Option<&'a Summary>,
 }
 
 impl PathIntegrator<'_> {
@@ -74,46 +84,49 @@ struct Walk<'a, 'b> {
     jitter: [f32; 2],
 }
 
-impl Walk<'_, '_> {
+impl<'a> Walk<'a, '_> {
     /// Camera rays, sample by sample, pixels in blocks of 4×4 so that a packet looks one way.
     fn generate(&mut self) {
         let (task, integrator, b) = (self.task, self.integrator, &mut *self.batch);
         let tile = task.tile;
-        b.rays.clear();
-        b.paths.clear();
+        b.wave.clear();
         b.radiance.clear();
         b.radiance.resize(task.paths(), Rgb::ZERO);
         b.features.clear();
         b.features.resize(if integrator.features { task.paths() } else { 0 }, Features::default());
         let camera = &integrator.scene.camera;
+        let arrival = self.learn.then_some(Arrival { parent: u32::MAX, weight: Rgb::ONE, edge: None });
         for sample in 0..task.samples {
             for (x, y) in blocks(tile.width, tile.height) {
                 let slot = sample * tile.pixels() as u32 + y * tile.width + x;
                 let (px, py) = (tile.x + x, tile.y + y);
                 let mut rng = Rng::for_path(integrator.seed, py * camera.width + px, task.first_sample + sample);
-                b.rays.push(&camera.ray(px, py, rng.f32x2()));
-                b.paths.push_camera(slot, rng);
+                b.wave.rays.push(&camera.ray(px, py, rng.f32x2()));
+                b.wave.paths.push(Continuation { slot, throughput: Rgb::ONE, rng, pdf: None, analog: 1.0, arrival });
             }
         }
     }
 
-    /// All bounces of all paths: intersect, shade, shadow rays, and the survivors' next rays in place of the old.
+    /// All bounces of all paths: intersect, shade, shadow rays, and then the rays with which they go on.
     fn advance(&mut self) {
         let mut depth = 1;
         let mut jitter = self.jitter_numbers();
-        while !self.batch.rays.is_empty() {
-            self.jitter = jitter.f32x2();
-            if self.learn && self.batch.waves.len() < depth {
-                self.batch.waves.push(Vec::new());
+        while !self.batch.wave.rays.is_empty() {
+            if self.integrator.guide.is_some_and(|g| g.settings.jitter) {
+                self.jitter = jitter.f32x2();
+            }
+            if self.learn && self.batch.vertices.len() < depth {
+                self.batch.vertices.push(Vec::new());
             }
             let coherence = if depth == 1 { Coherence::Coherent } else { Coherence::Incoherent };
-            self.counters.rays += self.batch.rays.len() as u64;
+            self.counters.rays += self.batch.wave.rays.len() as u64;
             let scene = self.integrator.scene;
-            self.counters.embree += timed(|| self.batch.rays.trace(scene.geometry(), coherence));
+            self.counters.embree += timed(|| self.batch.wave.rays.trace(scene.geometry(), coherence));
             self.shade_wave(depth);
             self.counters.shadow_rays += self.batch.shadow_rays.len() as u64;
             self.counters.embree += timed(|| self.batch.shadow_rays.trace(scene.geometry(), Coherence::Incoherent));
             self.add_next_events(depth);
+            std::mem::swap(&mut self.batch.wave, &mut self.batch.next);
             depth += 1;
         }
     }
@@ -128,33 +141,30 @@ impl Walk<'_, '_> {
     fn shade_wave(&mut self, depth: usize) {
         self.batch.shadow_rays.clear();
         self.batch.next_events.clear();
-        let mut alive = 0;
-        for i in 0..self.batch.rays.len() {
-            if self.shade(i, alive, depth as u32) {
-                alive += 1;
-            }
+        self.batch.next.clear();
+        for i in 0..self.batch.wave.rays.len() {
+            self.shade(i, depth as u32);
         }
-        self.batch.rays.truncate(alive);
     }
 
     /// One vertex of path `i`: what arrives there counts, light is asked for, and where the path goes on, its next
-    /// ray takes place `to` (never behind `i`). The order of the steps is that of the light transport equation read
-    /// from the left: emission, direct light, then the rest.
+    /// ray joins the next wave. The order of the steps is that of the light transport equation read from the left:
+    /// emission, direct light, then the rest.
     #[inline]
-    fn shade(&mut self, i: usize, to: usize, depth: u32) -> bool {
+    fn shade(&mut self, i: usize, depth: u32) {
         let PathIntegrator { scene, settings, .. } = *self.integrator;
-        let ray = self.batch.rays.ray(i);
+        let ray = self.batch.wave.rays.ray(i);
         let (slot, throughput, pdf) = {
-            let p = &self.batch.paths;
+            let p = &self.batch.wave.paths;
             (p.slot[i], p.throughput[i], p.pdf[i])
         };
 
         // The ray left the scene: only an environment is there to be seen.
-        let Some(hit) = self.batch.rays.hit(i) else {
+        let Some(hit) = self.batch.wave.rays.hit(i) else {
             let le = self.weigh_environment(ray.dir, pdf);
             self.batch.radiance[slot as usize] += throughput * le;
-            self.log(depth, Vertex { slot, action: None, weight: Rgb::ZERO, local: le, expected: None });
-            return false;
+            self.log(i, depth, le, None);
+            return;
         };
         let wo_world = -ray.dir;
         let si = scene.interaction(&hit, wo_world);
@@ -169,59 +179,110 @@ impl Walk<'_, '_> {
             let normal = si.facing(wo_world);
             self.batch.features[slot as usize] = Features { albedo: bsdf.albedo(wo), normal, depth: hit.t };
         }
-        let mut vertex = Vertex { slot, action: None, weight: Rgb::ZERO, local: le, expected: None };
         if depth >= settings.max_depth {
-            self.log(depth, vertex);
-            return false;
+            self.log(i, depth, le, None);
+            return;
         }
 
         // What the guide knows of this state.
-        let mut rng = self.batch.paths.rng[i];
-        let state = self.state(&si, wo_world, &bsdf);
-        let guided = self.integrator.guide.zip(state);
-        let distribution = guided.and_then(|(guide, key)| guide.field.distribution(key));
-        self.counters.guide_hits += distribution.is_some() as u64;
-        if let (Some(d), Some(reflectance)) = (&distribution, bsdf.lambertian()) {
-            vertex.expected = Some(reflectance * (std::f32::consts::FRAC_1_PI * d.irradiance));
-        }
-        let fraction = guided.map_or(1.0, |(guide, _)| guide.bsdf_fraction);
-        let mixture = Mixture::new(&bsdf, distribution, fraction);
+        let mut rng = self.batch.wave.paths.rng[i];
+        let guided = self.ask_the_guide(&si, wo_world, &bsdf);
+        let summary = guided.as_ref().and_then(|g| g.summary);
+        self.log(i, depth, le, self.expectation(summary, &bsdf));
+        let mixture = self.mixture(&bsdf, guided.as_ref());
 
         if settings.next_event && bsdf.has_smooth() {
             self.ask_a_light(&si, wo, &mixture, slot, throughput, depth, &mut rng);
         }
 
-        // The next direction.
-        let drawn = mixture.sample(&si, wo, &mut rng);
-        let analog = self.batch.paths.analog[i] * bsdf.albedo(wo).max_element();
-        let survival = self.survival(analog, depth);
-        let Some(next) = drawn.filter(|_| survival >= 1.0 || rng.f32() < survival) else {
-            self.log(depth, vertex);
-            return false;
-        };
-        let weight = next.weight / survival;
-        if let (Some((guide, key)), Some(_)) = (guided, next.pdf) {
-            vertex.action = guide.field.action(key, next.wi).map(|a| (key, a as u16));
+        // The next direction, or several.
+        let albedo = bsdf.albedo(wo);
+        let analog = self.batch.wave.paths.analog[i] * albedo.max_element();
+        let guides = Mixture::guides(&bsdf);
+        let paths = self.paths(summary, guides, luminance(throughput * albedo), analog, slot, depth);
+        let count = (paths + rng.f32()) as u32;
+        for k in 0..count {
+            let mut rng = if k == 0 { rng } else { Rng::new(((rng.next_u32() as u64) << 32) | k as u64) };
+            let Some(next) = mixture.sample(&si, wo, &mut rng) else { continue };
+            let weight = next.weight / paths;
+            let arrival = self.learn.then(|| Arrival {
+                parent: self.batch.vertices[depth as usize - 1].len() as u32 - 1,
+                weight,
+                edge: edge(guided.as_ref(), &next, luminance(albedo)).map(|e| Edge { scattered: if guides { e.scattered } else { 0.0 }, ..e }),
+            });
+            let b = &mut self.batch.next;
+            b.rays.push(&Ray { org: si.spawn(next.wi), dir: next.wi, tfar: f32::INFINITY });
+            b.paths.push(Continuation {
+                slot,
+                throughput: throughput * weight,
+                rng,
+                pdf: next.pdf.map(|pdf| pdf.mixture),
+                analog: analog / paths,
+                arrival,
+            });
         }
-        vertex.weight = weight;
-        self.log(depth, vertex);
-
-        let p = &mut self.batch.paths;
-        p.slot[to] = slot;
-        p.throughput[to] = throughput * weight;
-        p.rng[to] = rng;
-        p.pdf[to] = next.pdf;
-        p.analog[to] = analog / survival;
-        self.batch.rays.set(to, &Ray { org: si.spawn(next.wi), dir: next.wi, tfar: f32::INFINITY });
-        true
     }
 
-    /// The state in which the path now is, where a guide could help its BSDF.
+    /// What the guide knows of the state in which the path now is, where a guide could help its BSDF.
     #[inline]
-    fn state(&mut self, si: &SurfaceInteraction, wo: Vec3, bsdf: &Bsdf) -> Option<StateKey> {
+    fn ask_the_guide(&mut self, si: &SurfaceInteraction, wo: Vec3, bsdf: &Bsdf) -> Option<Guided<'a>> {
         let guide = self.integrator.guide.filter(|_| bsdf.has_smooth())?;
         self.counters.guide_queries += 1;
-        Some(guide.field.grid().key(si.p, si.facing(wo), self.jitter))
+        let normal = si.facing(wo);
+        let key = guide.field.state(si.p, normal, self.jitter);
+        let summary = guide.field.summary(key);
+        self.counters.guide_hits += summary.is_some() as u64;
+        Some(Guided { key, normal, summary })
+    }
+
+    #[inline]
+    fn mixture<'m>(&self, bsdf: &'m Bsdf<'m>, guided: Option<&Guided<'m>>) -> Mixture<'m>
+    where
+        'a: 'm,
+    {
+        let known = self.integrator.guide.zip(guided).filter(|_| Mixture::guides(bsdf));
+        let Some((guide, summary, normal)) = known.and_then(|(u, g)| Some((u, g.summary?, g.normal))) else {
+            return Mixture::new(bsdf, None, 1.0);
+        };
+        Mixture::new(bsdf, Some(guide.field.distribution(summary, normal)), summary.bsdf_fraction)
+    }
+
+    /// What the table expects of going on.
+    #[inline]
+    fn expectation(&self, summary: Option<&Summary>, bsdf: &Bsdf) -> Option<Expectation> {
+        let guide = self.integrator.guide.filter(|_| self.learn)?.settings;
+        let (summary, reflectance) = (summary?, bsdf.lambertian()?);
+        let known = (summary.irradiance, summary.peak, summary.visits);
+        Expectation::new(guide.rule, guide.blend_visits, known, reflectance)
+    }
+
+    /// Expected number of paths that go on. The throughput's roulette goes by the share of light that scattering leaves
+    /// on the way (`analog`), not by the throughput: a guide that finds the light lowers the throughput of just the
+    /// paths that matter.
+    #[inline]
+    fn paths(&self, summary: Option<&Summary>, guides: bool, reflected: f32, analog: f32, slot: u32, depth: u32) -> f32 {
+        let settings = self.integrator.settings;
+        if settings.roulette == Roulette::None {
+            return 1.0;
+        }
+        let efficiency = self.integrator.guide.and_then(|guide| guide.efficiency);
+        if let (Roulette::Guided, Some(efficiency)) = (settings.roulette, efficiency) {
+            let full = self.batch.next.rays.len() >= MAX_WAVE * self.task.paths();
+            let max_split = if full { 1.0 } else { settings.max_split };
+            // of the return by a sharp lobe, a state's moments say nothing
+            let Some(summary) = summary.filter(|_| guides) else { return if depth >= settings.rr_depth { MAX_SURVIVAL } else { 1.0 } };
+            return efficiency.paths(summary, reflected, self.pixel(slot), max_split);
+        }
+        if depth >= settings.rr_depth { analog.min(MAX_SURVIVAL) } else { 1.0 }
+    }
+
+    /// The pixel of a path, row by row over the film.
+    #[inline]
+    fn pixel(&self, slot: u32) -> usize {
+        let tile = self.task.tile;
+        let pixel = slot % tile.pixels() as u32;
+        let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
+        (y * self.integrator.scene.camera.width + x) as usize
     }
 
     /// Draws a light and lays a shadow ray towards it.
@@ -252,7 +313,7 @@ impl Walk<'_, '_> {
             return;
         }
         self.batch.shadow_rays.push(&light.shadow_ray(si.spawn(light.wi)));
-        let vertex = if self.learn { self.batch.waves[depth as usize - 1].len() as u32 } else { 0 };
+        let vertex = if self.learn { self.batch.vertices[depth as usize - 1].len() as u32 - 1 } else { 0 };
         let n = &mut self.batch.next_events;
         n.slot.push(slot);
         n.contribution.push(throughput * local);
@@ -269,7 +330,7 @@ impl Walk<'_, '_> {
             }
             b.radiance[b.next_events.slot[k] as usize] += b.next_events.contribution[k];
             if self.learn {
-                b.waves[depth - 1][b.next_events.vertex[k] as usize].local += b.next_events.local[k];
+                b.vertices[depth - 1][b.next_events.vertex[k] as usize].local += b.next_events.local[k];
             }
         }
     }
@@ -300,29 +361,23 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Probability of going on. It goes by the share of light that scattering leaves on the way (`analog`), not by
-    /// the throughput: a guide that finds the light lowers the throughput of just the paths that matter.
+    /// Keeps a vertex for learning, once it is known what it adds and expects.
     #[inline]
-    fn survival(&self, analog: f32, depth: u32) -> f32 {
-        match self.integrator.settings.roulette {
-            Roulette::Throughput if depth >= self.integrator.settings.rr_depth => analog.min(MAX_SURVIVAL),
-            _ => 1.0,
-        }
-    }
-
-    #[inline]
-    fn log(&mut self, depth: u32, vertex: Vertex) {
+    fn log(&mut self, i: usize, depth: u32, local: Rgb, expected: Option<Expectation>) {
         if self.learn {
-            self.batch.waves[depth as usize - 1].push(vertex);
+            let arrival = self.batch.wave.paths.arrival[i];
+            self.batch.vertices[depth as usize - 1].push(Vertex { arrival, local, expected });
         }
     }
 
     fn record(&mut self) -> Option<Recorder> {
-        let guide = self.integrator.guide.filter(|_| self.learn)?;
+        if !self.learn {
+            return None;
+        }
         let mut recorder = Recorder::new();
         let b = &mut *self.batch;
-        backup::record(&b.waves, self.task.paths(), guide.lambda, &mut b.returns, &mut recorder);
-        b.waves.iter_mut().for_each(Vec::clear);
+        backup::record(&b.vertices, &mut b.followed, &mut recorder);
+        b.vertices.iter_mut().for_each(Vec::clear);
         Some(recorder)
     }
 
@@ -352,6 +407,21 @@ impl Walk<'_, '_> {
         }
         BatchResult { samples, recorder: None, counters: self.counters }
     }
+}
+
+/// What is to be learnt of a direction.
+#[inline]
+fn edge(guided: Option<&Guided>, next: &DirectionSample, albedo: f32) -> Option<Edge> {
+    let (guided, pdf) = (guided?, next.pdf?);
+    Some(Edge {
+        key: guided.key,
+        wi: PackedDirection::new(next.wi),
+        normal: PackedDirection::new(guided.normal),
+        pdf: pdf.mixture,
+        bsdf_pdf: pdf.bsdf,
+        guide_pdf: pdf.guide,
+        scattered: luminance(next.weight) * pdf.mixture / albedo,
+    })
 }
 
 /// Veach's power heuristic (1997, eq. 9.13, β = 2) for one sample of each technique.

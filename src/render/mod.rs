@@ -1,13 +1,14 @@
 //! The driver: iterations × passes × tasks, the clock, and what the guide learns between rounds.
 
+mod efficiency;
 mod schedule;
 
 use crate::film::accumulate::{Estimate, FEATURE_SAMPLES, Film};
 use crate::guiding::Guide;
 use crate::integrator::path::GuideUse;
-use crate::integrator::{Batch, BatchResult, Counters, PathIntegrator, Task};
+use crate::integrator::{Batch, BatchResult, Counters, Efficiency, PathIntegrator, Task};
 use crate::scene::Scene;
-use crate::scene::description::{GuidingSettings, IntegratorSettings, RenderSettings};
+use crate::scene::description::{GuidingSettings, IntegratorSettings, RenderSettings, Roulette, Updates};
 use rayon::prelude::*;
 use schedule::{Tiling, iteration_samples};
 use std::time::{Duration, Instant};
@@ -75,6 +76,7 @@ struct Driver<'a> {
     tiling: Tiling,
     film: Film,
     guide: Option<Guide>,
+    efficiency: Option<Efficiency>,
     iterations: Vec<IterationReport>,
     samples: u32,
     paths: u64,
@@ -91,6 +93,7 @@ impl<'a> Driver<'a> {
             tiling: Tiling::new(width, height),
             film: Film::new(width, height, settings.render.combine),
             guide: Guide::new(&settings.guiding, scene.bounds()),
+            efficiency: None,
             iterations: Vec::new(),
             samples: 0,
             paths: 0,
@@ -137,7 +140,7 @@ impl<'a> Driver<'a> {
             seconds: 0.0,
             learn_seconds: 0.0,
             counters: Counters::default(),
-            usable_states: self.guide.as_ref().map_or(0, |g| g.field().states()),
+            usable_states: self.guide.as_ref().map_or(0, |g| g.field().len()),
         };
         // Under a time limit the last iteration ends with the time, not with an estimated count.
         let open_ended = self.settings.render.time.is_some() && !learn;
@@ -153,6 +156,9 @@ impl<'a> Driver<'a> {
             report.learn_seconds += timed(|| guide.end_iteration()).as_secs_f64();
         }
         self.film.end_iteration();
+        if self.guide.is_some() && go_on && self.settings.integrator.roulette == Roulette::Guided {
+            self.efficiency = efficiency::efficiency(&self.film.develop(), &report.counters).or(self.efficiency.take());
+        }
         report.seconds = start.elapsed().as_secs_f64();
         self.iterations.push(report);
         go_on
@@ -170,7 +176,14 @@ impl<'a> Driver<'a> {
             }
             if let Some(guide) = self.guide.as_mut().filter(|_| learn) {
                 let recorders: Vec<_> = results.iter().filter_map(|result| result.recorder.as_ref()).collect();
-                report.learn_seconds += timed(|| guide.learn(&recorders)).as_secs_f64();
+                let online = self.settings.guiding.updates == Updates::Online;
+                report.learn_seconds += timed(|| {
+                    guide.learn(&recorders);
+                    if online {
+                        guide.refresh();
+                    }
+                })
+                .as_secs_f64();
             }
         }
         self.samples += samples;
@@ -179,15 +192,14 @@ impl<'a> Driver<'a> {
 
     /// All tasks of a round in parallel; results in the order of the tasks.
     fn trace(&self, round: &[Task], features: bool, learn: bool) -> Vec<BatchResult> {
-        let guiding = &self.settings.guiding;
         let integrator = PathIntegrator {
             scene: self.scene,
             settings: &self.settings.integrator,
             guide: self.guide.as_ref().map(|guide| GuideUse {
                 field: guide.field(),
-                bsdf_fraction: guiding.bsdf_fraction,
-                lambda: guiding.lambda,
+                settings: &self.settings.guiding,
                 learn,
+                efficiency: self.efficiency.as_ref(),
             }),
             seed: self.settings.render.seed,
             features,

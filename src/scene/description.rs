@@ -211,11 +211,13 @@ pub struct IntegratorSettings {
     pub roulette: Roulette,
     /// Segments before roulette may end a path.
     pub rr_depth: u32,
+    /// Guided roulette splits a path into at most this many.
+    pub max_split: f32,
 }
 
 impl Default for IntegratorSettings {
     fn default() -> IntegratorSettings {
-        IntegratorSettings { max_depth: 16, next_event: true, mis: true, roulette: Roulette::Throughput, rr_depth: 5 }
+        IntegratorSettings { max_depth: 16, next_event: true, mis: true, roulette: Roulette::Throughput, rr_depth: 5, max_split: 8.0 }
     }
 }
 
@@ -224,24 +226,48 @@ pub enum Roulette {
     None,
     /// By what scattering alone would leave of the path's throughput, so that a guide's choices do not end its paths.
     Throughput,
+    /// By what the guide expects of going on, against what it costs and what the pixel holds (Rath et al. 2022); where
+    /// that is much, the path is split.
+    Guided,
 }
 
 /// The guide: what is learnt, where, and how it is used.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GuidingSettings {
     pub method: GuidingMethod,
-    /// Cells along the longest side of the scene.
+    pub table: DirectionTable,
+    /// Cells along the longest side of the scene; of an adaptive grid, the coarsest.
     pub resolution: u32,
     /// Quantised facing normals are part of a cell's key.
     pub normals: bool,
-    /// Strata of the hemisphere along each side of its square: K = strata².
+    /// Strata of the hemisphere along each side of its square: K = strata², and 2·strata² on the sphere.
     pub strata: u32,
-    /// Share of directions drawn from the BSDF, in [0, 1]. Below 1 and above 0 the mixture is defensive.
+    /// How often an adaptive grid halves its cells at most.
+    pub levels: u8,
+    /// Visits in an iteration, for each state, from which an adaptive grid cuts a cell.
+    pub refine_visits: f32,
+    /// Relative difference between neighbouring states from which an adaptive grid cuts a cell.
+    pub refine_difference: f32,
+    /// Share of a state's irradiance from which a tree cuts a cell of directions.
+    pub split_share: f32,
+    /// Visits that such a cell needs.
+    pub split_visits: f32,
+    pub rule: LearningRule,
+    /// Of the blend: visits of a state at which its own estimate counts as much as what the path found.
+    pub blend_visits: f32,
+    pub rate: Rate,
+    pub updates: Updates,
+    pub sampling: GuideSampling,
+    /// Share of directions drawn from the BSDF, in (0, 1]. Below 1 the mixture is defensive.
     pub bsdf_fraction: f32,
-    /// λ of the return that is learnt, in [0, 1]: 0 is expected SARSA, 1 the whole path's Monte Carlo return.
-    pub lambda: f32,
-    /// Share of the weight that earlier visits keep when an iteration ends; 1 is the vanishing rate 1/n.
-    pub retain: f32,
+    /// That share is learnt, state by state, beginning at one half.
+    pub learned_fraction: bool,
+    /// The guide leaves out what the BSDF's share of directions already covers.
+    pub mis_compensation: bool,
+    /// Share that a stratum's neighbours have in its estimate, in [0, 1).
+    pub smoothing: f32,
+    /// Look-ups are moved at random along the surface, so that neighbouring states blend.
+    pub jitter: bool,
     /// Bytes that tables and counts may take; beyond it no state is added.
     pub memory: u64,
 }
@@ -249,22 +275,92 @@ pub struct GuidingSettings {
 impl Default for GuidingSettings {
     fn default() -> GuidingSettings {
         GuidingSettings {
-            method: GuidingMethod::Grid,
-            resolution: 32,
+            method: GuidingMethod::Adaptive,
+            table: DirectionTable::Tree,
+            resolution: 16,
             normals: true,
             strata: 12,
+            levels: 4,
+            refine_visits: 4000.0,
+            refine_difference: 0.1,
+            split_share: 0.02,
+            split_visits: 32.0,
+            rule: LearningRule::ExpectedSarsa,
+            blend_visits: 1000.0,
+            rate: Rate::Forgetting(0.5),
+            updates: Updates::Frozen,
+            sampling: GuideSampling::QCos,
             bsdf_fraction: 0.5,
-            lambda: 0.0,
-            retain: 0.5,
+            learned_fraction: false,
+            mis_compensation: false,
+            smoothing: 0.0,
+            jitter: true,
             memory: 256 << 20,
         }
     }
 }
 
+/// How the scene's surfaces are told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GuidingMethod {
     None,
+    /// Cells of one size.
     Grid,
+    /// Cells that refine where it pays.
+    Adaptive,
+}
+
+/// How the directions of a state are told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DirectionTable {
+    /// Strata of the hemisphere about the state's normal.
+    Hemisphere,
+    /// Strata of the sphere, the hemisphere being taken out at each query.
+    Sphere,
+    /// Cells of the hemisphere that are cut where the light is.
+    Tree,
+}
+
+/// What is learnt of a path that went on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LearningRule {
+    /// What the next vertex emits, and what its table expects to arrive there (Dahm & Keller 2017).
+    ExpectedSarsa,
+    /// The same with the table's best direction for all (Watkins; the paper's eq. 3).
+    QLearning,
+    /// What the whole path brought.
+    MonteCarlo,
+    /// Expectation and finding, weighed by the visits behind the expectation.
+    Blend,
+}
+
+/// How much a visit changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rate {
+    /// 1/n.
+    Vanishing,
+    /// The same always.
+    Constant(f32),
+    /// 1/n, n keeping only this share of itself when an iteration ends.
+    Forgetting(f32),
+}
+
+/// When what is learnt is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Updates {
+    /// From the next iteration on.
+    Frozen,
+    /// From the next few blocks on.
+    Online,
+}
+
+/// What guided directions are drawn in proportion to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GuideSampling {
+    /// Q (Dahm & Keller 2017).
+    Q,
+    /// Q cosθ.
+    QCos,
 }
 
 /// How long, from which numbers, and what becomes of the iterations.

@@ -1,10 +1,10 @@
 //! The sections of settings. A key is one line here (and one row of docs/scene-file.md, which a test asks for).
 
-use super::reader::{Bounds, COORDINATE, Reader, UNIT};
+use super::reader::{Bounds, COORDINATE, NOT_NEGATIVE, Reader, UNIT};
 use super::tree::{At, Fault, Node, Value};
 use crate::scene::description::{
-    CameraDescription, Combine, FilmDescription, Filter, GuidingMethod, GuidingSettings, IntegratorSettings,
-    RenderSettings, Roulette,
+    CameraDescription, Combine, DirectionTable, FilmDescription, Filter, GuideSampling, GuidingMethod, GuidingSettings,
+    IntegratorSettings, LearningRule, Rate, RenderSettings, Roulette, Updates,
 };
 use glam::Vec3;
 use std::ops::RangeInclusive;
@@ -16,6 +16,7 @@ pub(in crate::scene) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, 
 const STOPS: Bounds = Bounds::new(|x| x.abs() <= 64.0, "between -64 and 64");
 /// Without any share for the BSDF, light that the guide does not know of would be missing.
 const FRACTION: Bounds = Bounds::new(|x| x > 0.0 && x <= 1.0, "greater than 0 and at most 1");
+const AT_LEAST_ONE: Bounds = Bounds::new(|x| x >= 1.0, "at least 1");
 const ANY: u64 = u32::MAX as u64;
 
 pub(super) fn film(t: &mut Reader, film: &mut FilmDescription) -> Result<(), Fault> {
@@ -27,24 +28,70 @@ pub(super) fn film(t: &mut Reader, film: &mut FilmDescription) -> Result<(), Fau
 }
 
 pub(super) fn integrator(t: &mut Reader, s: &mut IntegratorSettings) -> Result<(), Fault> {
-    let roulettes = [("throughput", Roulette::Throughput), ("none", Roulette::None)];
+    let roulettes = [("guided", Roulette::Guided), ("throughput", Roulette::Throughput), ("none", Roulette::None)];
     t.integer("max_depth", 1..=ANY, &mut s.max_depth)?;
     t.flag("next_event", &mut s.next_event)?;
     t.flag("mis", &mut s.mis)?;
     t.choice("roulette", &roulettes, &mut s.roulette)?;
-    t.integer("rr_depth", 0..=ANY, &mut s.rr_depth)
+    t.integer("rr_depth", 0..=ANY, &mut s.rr_depth)?;
+    t.number("max_split", AT_LEAST_ONE, &mut s.max_split)
 }
 
 pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
-    let methods = [("grid", GuidingMethod::Grid), ("none", GuidingMethod::None)];
+    use GuidingMethod as Method;
+    let methods = [("adaptive", Method::Adaptive), ("grid", Method::Grid), ("none", Method::None)];
+    let tables = [
+        ("tree", DirectionTable::Tree),
+        ("hemisphere", DirectionTable::Hemisphere),
+        ("sphere", DirectionTable::Sphere),
+    ];
     t.choice("method", &methods, &mut s.method)?;
-    t.integer("resolution", 1..=65536, &mut s.resolution)?;
+    t.choice("table", &tables, &mut s.table)?;
+    t.integer("resolution", 1..=8192, &mut s.resolution)?;
     t.flag("normals", &mut s.normals)?;
     t.integer("strata", 1..=256, &mut s.strata)?;
+    t.integer("levels", 0..=4, &mut s.levels)?;
+    t.number("refine_visits", NOT_NEGATIVE, &mut s.refine_visits)?;
+    t.number("refine_difference", UNIT, &mut s.refine_difference)?;
+    t.number("split_share", UNIT, &mut s.split_share)?;
+    t.number("split_visits", NOT_NEGATIVE, &mut s.split_visits)?;
+    learning(t, s)?;
+    let samplings = [("q-cos", GuideSampling::QCos), ("q", GuideSampling::Q)];
+    t.choice("sampling", &samplings, &mut s.sampling)?;
     t.number("bsdf_fraction", FRACTION, &mut s.bsdf_fraction)?;
-    t.number("lambda", UNIT, &mut s.lambda)?;
-    t.number("retain", UNIT, &mut s.retain)?;
+    t.flag("learned_fraction", &mut s.learned_fraction)?;
+    t.flag("mis_compensation", &mut s.mis_compensation)?;
+    t.number("smoothing", UNIT, &mut s.smoothing)?;
+    t.flag("jitter", &mut s.jitter)?;
     memory(t, "memory", &mut s.memory)
+}
+
+fn learning(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
+    use LearningRule as Rule;
+    let rules = [
+        ("expected-sarsa", Rule::ExpectedSarsa),
+        ("q-learning", Rule::QLearning),
+        ("monte-carlo", Rule::MonteCarlo),
+        ("blend", Rule::Blend),
+    ];
+    t.choice("rule", &rules, &mut s.rule)?;
+    t.number("blend_visits", NOT_NEGATIVE, &mut s.blend_visits)?;
+    let (mut alpha, mut retain) = (0.1, 0.5);
+    match s.rate {
+        Rate::Constant(a) => alpha = a,
+        Rate::Forgetting(r) => retain = r,
+        Rate::Vanishing => {}
+    }
+    t.number("alpha", UNIT, &mut alpha)?;
+    t.number("retain", UNIT, &mut retain)?;
+    let rates =
+        [("forgetting", Rate::Forgetting(retain)), ("vanishing", Rate::Vanishing), ("constant", Rate::Constant(alpha))];
+    if let Rate::Forgetting(r) = &mut s.rate {
+        *r = retain;
+    }
+    t.choice("rate", &rates, &mut s.rate)?;
+    let updates = [("frozen", Updates::Frozen), ("online", Updates::Online)];
+    t.choice("updates", &updates, &mut s.updates)
 }
 
 pub(super) fn render(t: &mut Reader, s: &mut RenderSettings) -> Result<(), Fault> {

@@ -1,0 +1,117 @@
+//! What the guide proposes at one path vertex.
+
+use super::field::WHOLE;
+use super::strata::Strata;
+use super::tree::{self, Node};
+use crate::geometry::Frame;
+use crate::math::ONE_MINUS_EPSILON;
+use crate::scene::description::GuideSampling;
+use glam::Vec3;
+
+/// Distribution over directions at one path vertex, frozen for this iteration.
+///
+/// Directions are unit, in world space, away from the surface; densities are per steradian. For every `wi`, `pdf(wi)`
+/// is the density with which `sample` returns it. It covers the hemisphere of the state's normal, not the BSDF's
+/// support: the mixture does that.
+#[derive(Clone, Debug)]
+pub struct GuidingDistribution<'f> {
+    frame: Frame,
+    directions: Directions<'f>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Directions<'f> {
+    /// A row as in `Field::rows`.
+    Strata { strata: &'f Strata, row: &'f [u16] },
+    Tree(&'f [Node]),
+    /// Strata drawn in proportion to weights of this very vertex: where each ends, the last at the sum of all.
+    Weighed { strata: &'f Strata, ends: Vec<f32> },
+}
+
+impl<'f> GuidingDistribution<'f> {
+    #[inline]
+    pub(super) fn new(normal: Vec3, directions: Directions<'f>) -> GuidingDistribution<'f> {
+        GuidingDistribution { frame: Frame::from_normal(normal), directions }
+    }
+
+    /// The hemisphere about `n` is taken out of a table over the sphere, stratum by stratum: what the paper blames for
+    /// the sphere's cost.
+    pub(super) fn on_sphere(
+        n: Vec3,
+        strata: &'f Strata,
+        q: &[f32],
+        sampling: GuideSampling,
+    ) -> GuidingDistribution<'f> {
+        let mut sum = 0.0;
+        let ends = (0..q.len()).map(|k| {
+            let cos = strata.direction(k, [0.5; 2]).dot(n).max(0.0);
+            sum += q[k] * if sampling == GuideSampling::Q { (cos > 0.0) as u32 as f32 } else { cos };
+            sum
+        });
+        let ends = ends.collect();
+        let frame = Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z };
+        GuidingDistribution { frame, directions: Directions::Weighed { strata, ends } }
+    }
+
+    /// A direction in world space; its density is `pdf` of it. `u` chooses where to look, `inside` where within.
+    #[inline]
+    pub fn sample(&self, u: f64, inside: [f32; 2]) -> Vec3 {
+        let local = match &self.directions {
+            Directions::Tree(nodes) => tree::sample(nodes, u, inside),
+            Directions::Strata { strata, row } => strata.direction(stratum(strata, row, u), inside),
+            Directions::Weighed { strata, ends } => strata.direction(weighed(ends, u), inside),
+        };
+        self.frame.to_world(local)
+    }
+
+    /// Density per steradian of `sample` at the unit direction `w`; 0 below the horizon of the state's frame.
+    #[inline]
+    pub fn pdf(&self, w: Vec3) -> f32 {
+        let local = self.frame.to_local(w);
+        match &self.directions {
+            Directions::Tree(nodes) => tree::pdf(nodes, local),
+            Directions::Strata { strata, row } => {
+                let Some(k) = strata.index(local) else { return 0.0 };
+                let starts = &row[strata.lines()..];
+                let end = starts.get(k + 1).map_or(WHOLE, |&start| start as u32);
+                strata.density((end - starts[k] as u32) as f32 / WHOLE as f32)
+            }
+            Directions::Weighed { strata, ends } => {
+                let Some(k) = strata.index(local) else { return 0.0 };
+                let whole = ends[ends.len() - 1];
+                let mass = if whole > 0.0 { share(ends, k) / whole } else { 1.0 / ends.len() as f32 };
+                strata.density(mass)
+            }
+        }
+    }
+}
+
+/// Draws a stratum from a row of `Field::rows`.
+#[inline]
+fn stratum(strata: &Strata, row: &[u16], u: f64) -> usize {
+    let columns = strata.columns();
+    let (lines, starts) = row.split_at(strata.lines());
+    let at = (u * WHOLE as f64) as u16;
+    // counting instead of searching: no branch to guess wrong, and it runs in vectors
+    let begun = |starts: &[u16]| starts.iter().map(|&start| (start <= at) as usize).sum::<usize>();
+    let line = begun(&lines[1..]);
+    line * columns + begun(&starts[line * columns + 1..(line + 1) * columns])
+}
+
+/// Weight of stratum `k`.
+#[inline]
+fn share(ends: &[f32], k: usize) -> f32 {
+    ends[k] - if k == 0 { 0.0 } else { ends[k - 1] }
+}
+
+/// Draws a stratum in proportion to its weight; each alike where there is none.
+#[inline]
+fn weighed(ends: &[f32], u: f64) -> usize {
+    let whole = ends[ends.len() - 1];
+    if whole > 0.0 {
+        let at = (u as f32).min(ONE_MINUS_EPSILON) * whole;
+        ends.partition_point(|&end| end <= at).min(ends.len() - 1)
+    } else {
+        (u * ends.len() as f64) as usize
+    }
+}

@@ -1,0 +1,76 @@
+//! Where states of an adaptive grid are cut: visits must be many enough to fill the parts, and neighbours must differ.
+
+use super::learner::Learner;
+use super::qtable::{Returns, State};
+use super::states::{Adaptive, StateKey};
+
+/// What it takes to cut a cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Visits in an iteration, for each state of the cell.
+    pub visits: f32,
+    /// Relative deviation of neighbouring states' irradiance, direction by direction.
+    pub difference: f32,
+}
+
+/// Sums over the states of a coarse cell.
+#[derive(Clone, Copy, Default)]
+struct Cell {
+    states: f32,
+    visits: f32,
+    difference: f32,
+    pairs: f32,
+}
+
+/// Cuts coarse cells where it pays; the parts begin with what the whole knew. States that inherited and were not met
+/// in the whole iteration since are dropped.
+pub fn refine(adaptive: &mut Adaptive, learner: &mut Learner, limits: Limits) {
+    learner.replace(|state| (state.fresh == 0.0).then(Vec::new));
+    let cells = survey(adaptive, learner);
+    for (coarse, cell) in cells.iter().enumerate() {
+        let differs = cell.pairs == 0.0 || cell.difference > limits.difference * cell.pairs;
+        if cell.visits > limits.visits * cell.states && differs {
+            adaptive.refine(coarse);
+        }
+    }
+    let adaptive = &*adaptive;
+    learner.replace(|state| (!adaptive.current(state.key)).then(|| parts(state)));
+}
+
+fn survey(adaptive: &Adaptive, learner: &Learner) -> Vec<Cell> {
+    let mut cells = vec![Cell::default(); adaptive.coarse_cells()];
+    for state in learner.states() {
+        let cell = &mut cells[adaptive.coarse_of(state.key)];
+        cell.states += 1.0;
+        cell.visits += state.fresh;
+        let own = profile(learner, state);
+        for neighbour in state.key.neighbours().filter_map(|key| learner.get(key)) {
+            let other = profile(learner, neighbour);
+            let (difference, sum) =
+                own.iter().zip(&other).fold((0.0, 0.0), |(d, s), (a, b)| (d + (a - b).abs(), s + a + b));
+            if sum > 0.0 {
+                cell.difference += difference / sum;
+                cell.pairs += 1.0;
+            }
+        }
+    }
+    cells
+}
+
+/// Coarse shares of a state's irradiance.
+fn profile(learner: &Learner, state: &State) -> [f32; 16] {
+    learner.table.profile(&state.actions)
+}
+
+/// The eight parts of a state, each with its share of the visits.
+fn parts(state: &State) -> Vec<State> {
+    /// On a surface, a cell's part has about a quarter of its points.
+    const SHARE: f32 = 0.25;
+    let part = |key: StateKey| {
+        let mut part = State { key, visits: state.visits * SHARE, fresh: 0.0, ..state.clone() };
+        part.returns = Returns { weight: part.returns.weight * SHARE, ..part.returns };
+        part.entries_mut().iter_mut().for_each(|entry| entry.visits *= SHARE);
+        part
+    };
+    state.key.parts().map(part).collect()
+}

@@ -1,0 +1,109 @@
+//! Cells that refine where it pays: the paper's future work 6.4.
+
+use super::{NORMAL_BITS, POSITION_BITS, StateKey, jittered, lay, normal_bin, pack};
+use glam::{UVec3, Vec3};
+
+/// A coarse grid, each cell of which is cut into 1, 2³, 4³ … equal parts. How often is one number per coarse cell, in a
+/// dense array that the cache holds, so that a look-up costs one more read than in a uniform grid, however fine.
+#[derive(Clone, Debug)]
+pub struct Adaptive {
+    origin: Vec3,
+    cells_per_unit: f32,
+    size: UVec3,
+    /// Halvings of each coarse cell.
+    levels: Vec<u8>,
+    /// Halvings at most.
+    max_level: u8,
+}
+
+/// One coordinate of a cell.
+const COORDINATE: u64 = (1 << POSITION_BITS) - 1;
+/// Place of the level in a key.
+const LEVEL_SHIFT: u32 = 3 * POSITION_BITS + NORMAL_BITS;
+
+impl Adaptive {
+    /// `resolution` coarse cells along the longest side of the box `(low, high)`, each halved up to `max_level` times.
+    pub fn new(low: Vec3, high: Vec3, resolution: u32, max_level: u8) -> Adaptive {
+        let (origin, cells_per_unit) = lay(low, high, resolution);
+        let size = ((high - origin) * cells_per_unit + 2.0).as_uvec3().max(UVec3::ONE);
+        let cells = size.x as usize * size.y as usize * size.z as usize;
+        Adaptive { origin, cells_per_unit, size, levels: vec![0; cells], max_level }
+    }
+
+    #[inline]
+    pub fn key(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> StateKey {
+        let p = (p - self.origin) * self.cells_per_unit;
+        // moved by the extent of its own part of a cell, a point may come into a cell that is cut otherwise
+        let scale = (1u32 << self.levels[self.coarse(p)]) as f32;
+        let p = jittered(p * scale, n, jitter) / scale;
+        let level = self.levels[self.coarse(p)];
+        let cell = pack(p * (1u32 << level) as f32, normal_bin(n));
+        StateKey(cell | (level as u64) << LEVEL_SHIFT)
+    }
+
+    #[inline]
+    fn coarse(&self, p: Vec3) -> usize {
+        // casts saturate
+        let c = UVec3::new(p.x as u32, p.y as u32, p.z as u32).min(self.size - 1);
+        ((c.z * self.size.y + c.y) * self.size.x + c.x) as usize
+    }
+
+    /// The coarse cell that a state is part of.
+    pub fn coarse_of(&self, key: StateKey) -> usize {
+        let level = level(key);
+        let at = |axis: u32| ((key.0 >> (axis * POSITION_BITS)) as u32 & ((1 << POSITION_BITS) - 1)) >> level;
+        let c = UVec3::new(at(0), at(1), at(2)).min(self.size - 1);
+        ((c.z * self.size.y + c.y) * self.size.x + c.x) as usize
+    }
+
+    pub fn coarse_cells(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// Halves the parts of a coarse cell once more, unless they are the smallest there are; returns whether it did.
+    pub fn refine(&mut self, coarse: usize) -> bool {
+        let refined = self.levels[coarse] < self.max_level;
+        self.levels[coarse] += refined as u8;
+        refined
+    }
+
+    /// Whether a state is of the size that its coarse cell now has.
+    pub fn current(&self, key: StateKey) -> bool {
+        self.levels[self.coarse_of(key)] == level(key)
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.levels.len()
+    }
+}
+
+/// How often the coarse cell of a state was halved.
+fn level(key: StateKey) -> u8 {
+    (key.0 >> LEVEL_SHIFT) as u8
+}
+
+impl StateKey {
+    /// The eight states of half the size.
+    pub fn parts(self) -> impl Iterator<Item = StateKey> {
+        let axis = |axis: u32| ((self.0 >> (axis * POSITION_BITS)) & COORDINATE) << 1;
+        let corner = axis(0) | axis(1) << POSITION_BITS | axis(2) << (2 * POSITION_BITS);
+        let rest = self.0 & !((1u64 << (3 * POSITION_BITS)) - 1);
+        (0..8u64).map(move |part| {
+            let shift = (part & 1) | (part >> 1 & 1) << POSITION_BITS | (part >> 2) << (2 * POSITION_BITS);
+            StateKey((rest + (1u64 << LEVEL_SHIFT)) | (corner + shift))
+        })
+    }
+
+    /// The states of the same size and normal beyond the six faces.
+    pub fn neighbours(self) -> impl Iterator<Item = StateKey> {
+        (0..3u32).flat_map(move |axis| {
+            let shift = axis * POSITION_BITS;
+            let at = (self.0 >> shift) & COORDINATE;
+            let rest = self.0 & !(COORDINATE << shift);
+            [at.checked_sub(1), Some(at + 1).filter(|&at| at <= COORDINATE)]
+                .into_iter()
+                .flatten()
+                .map(move |at| StateKey(rest | at << shift))
+        })
+    }
+}

@@ -1,0 +1,98 @@
+//! States: which of the scene's surface points share a table.
+
+mod adaptive;
+mod grid;
+
+pub use adaptive::Adaptive;
+pub use grid::Grid;
+
+use crate::geometry::Frame;
+use glam::Vec3;
+
+/// Names a state; it is the same whoever asks, so a state needs no table to be known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct StateKey(pub u64);
+
+/// The ways of telling states apart.
+#[derive(Clone, Debug)]
+pub enum States {
+    Grid(Grid),
+    Adaptive(Adaptive),
+}
+
+impl States {
+    /// The state of point `p` with unit normal `n` on the side of the path. `jitter`, in [0, 1)², moves the point by up
+    /// to half a state's extent along the surface: neighbouring tables blend over many queries, as in the stochastic
+    /// filter of Müller (2019), and no query costs more than one look-up.
+    #[inline]
+    pub fn key(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> StateKey {
+        match self {
+            States::Grid(grid) => grid.key(p, n, jitter),
+            States::Adaptive(adaptive) => adaptive.key(p, n, jitter),
+        }
+    }
+
+    /// Whether all points of a state face the same way, more or less: its table can be held in the frame of one of them.
+    pub fn oriented(&self) -> bool {
+        match self {
+            States::Grid(grid) => grid.oriented(),
+            States::Adaptive(_) => true,
+        }
+    }
+
+    pub fn bytes(&self) -> usize {
+        match self {
+            States::Grid(_) => 0,
+            States::Adaptive(adaptive) => adaptive.bytes(),
+        }
+    }
+}
+
+/// Moves `p`, in units of cells, by up to half a cell along the surface with normal `n`.
+#[inline]
+fn jittered(p: Vec3, n: Vec3, jitter: [f32; 2]) -> Vec3 {
+    let frame = Frame::from_normal(n);
+    p + frame.s * (jitter[0] - 0.5) + frame.t * (jitter[1] - 0.5)
+}
+
+/// Bits for each coordinate of a cell.
+const POSITION_BITS: u32 = 17;
+/// Each face of the normals' cube is cut into `FACE`² bins; an odd number keeps an axis at a bin's centre.
+const FACE: i32 = 3;
+const NORMAL_BITS: u32 = 6;
+
+/// A key from the cell that holds `cell`, and a normal's bin. Casts saturate and the border is kept: far outside of
+/// the grid everything is one border cell.
+#[inline]
+fn pack(cell: Vec3, bin: usize) -> u64 {
+    let limit = (1 << POSITION_BITS) - 1;
+    let c = glam::IVec3::new(cell.x as i32, cell.y as i32, cell.z as i32);
+    let c = c.clamp(glam::IVec3::ZERO, glam::IVec3::splat(limit));
+    let position = c.x as u64 | (c.y as u64) << POSITION_BITS | (c.z as u64) << (2 * POSITION_BITS);
+    position | (bin as u64) << (3 * POSITION_BITS)
+}
+
+/// The face of the cube that `n` points through, and the part of that face.
+#[inline]
+fn normal_bin(n: Vec3) -> usize {
+    let a = n.abs();
+    let (face, major, x, y) = if a.x >= a.y && a.x >= a.z {
+        (if n.x < 0.0 { 1 } else { 0 }, a.x, n.y, n.z)
+    } else if a.y >= a.z {
+        (if n.y < 0.0 { 3 } else { 2 }, a.y, n.x, n.z)
+    } else {
+        (if n.z < 0.0 { 5 } else { 4 }, a.z, n.x, n.y)
+    };
+    let part = |v: f32| (((v / major + 1.0) * (0.5 * FACE as f32)) as i32).clamp(0, FACE - 1);
+    ((face * FACE + part(x)) * FACE + part(y)) as usize
+}
+
+/// Where a grid over the box `(low, high)` starts, and its cells per unit of length.
+fn lay(low: Vec3, high: Vec3, resolution: u32) -> (Vec3, f32) {
+    let side = (high - low).max_element();
+    // A single point has no extent; any cell size does.
+    let cells_per_unit = if side > 0.0 { resolution as f32 / side } else { 1.0 };
+    // Walls love round coordinates, and the box's own: an odd share of a cell keeps them off the cells' faces,
+    // where rounding would split a wall between two layers of states.
+    (low - Vec3::new(1.37, 1.41, 1.33) / cells_per_unit, cells_per_unit)
+}
