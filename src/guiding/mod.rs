@@ -10,6 +10,7 @@ mod field;
 pub mod learner;
 pub mod qtable;
 pub mod recorder;
+pub mod sdtree;
 pub mod state;
 #[cfg(test)]
 mod tests;
