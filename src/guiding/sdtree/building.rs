@@ -48,6 +48,18 @@ impl Building {
         Building { branches, energy }
     }
 
+    /// One of the same form without energy.
+    pub fn emptied(&self) -> Building {
+        Building::of(self.branches.clone())
+    }
+
+    /// Adds the energy of one of the same form.
+    pub fn add(&mut self, other: &Building) {
+        for (sum, more) in self.energy.iter_mut().flatten().zip(other.energy.iter().flatten()) {
+            *sum += more;
+        }
+    }
+
     pub fn nodes(&self) -> usize {
         self.branches.len()
     }
@@ -59,6 +71,9 @@ impl Building {
     /// Adds energy at an encoded direction, to its leaf or, with `filter`, spread evenly over a box of the leaf's
     /// size about the direction (Müller 2019).
     pub fn splat(&mut self, at: [u16; 2], energy: f64, filter: bool) {
+        if energy == 0.0 {
+            return;
+        }
         let (node, quadrant, level) = self.leaf(at);
         if !filter {
             self.energy[node][quadrant] += energy;

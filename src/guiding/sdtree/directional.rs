@@ -3,6 +3,7 @@
 //! The sphere is cut open by the cylindrical equal-area map: x = (1 + z)/2 and y = φ/2π span the unit square, world
 //! z being the axis, and equal areas are equal solid angles.
 
+use crate::math::warp::atan_unit;
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, TAU};
 
@@ -18,20 +19,28 @@ const SHARE_MASK: u64 = (1 << SHARE_BITS) - 1;
 /// The point of the square where the unit vector `w` (world space) lies, in steps of 2⁻¹⁶.
 #[inline]
 pub fn encode(w: Vec3) -> [u16; 2] {
-    let turn = w.y.atan2(w.x) * (1.0 / TAU);
-    let turn = if turn < 0.0 { turn + 1.0 } else { turn };
     // casts saturate: the border belongs to the last step, and NaN to the first
     let step = |v: f32| ((v * 65_536.0) as u32).min(65_535) as u16;
-    [step(0.5 * w.z + 0.5), step(turn)]
+    [step(0.5 * w.z + 0.5), step(azimuth(w.x, w.y))]
 }
 
-/// The unit vector at a point of the square, given in steps of 2⁻³².
+/// φ/2π in [0, 1] of the vector (x, y); 0 of none.
+#[inline]
+fn azimuth(x: f32, y: f32) -> f32 {
+    let (ax, ay) = (x.abs(), y.abs());
+    let (less, more) = (ax.min(ay), ax.max(ay));
+    // from the nearer axis, then from the x axis, then all the way round
+    let eighth = atan_unit(less / more.max(f32::MIN_POSITIVE)) * (1.0 / TAU);
+    let quarter = if ay > ax { 0.25 - eighth } else { eighth };
+    let half = if x < 0.0 { 0.5 - quarter } else { quarter };
+    if y < 0.0 { 1.0 - half } else { half }
+}
+
+/// The unit vector at a point of the square, given in steps of 2⁻²⁴: as fine as floats are.
 #[inline]
 fn decode([x, y]: [u32; 2]) -> Vec3 {
-    // 24 bits are what a float holds; half a step keeps the azimuth off the borders of cells
-    let z = (x >> 8) as f32 * (1.0 / 8_388_608.0) - 1.0;
-    let phi = ((y >> 8) as f32 + 0.5) * (TAU / 16_777_216.0);
-    let (sin, cos) = phi.sin_cos();
+    let z = x as f32 * (1.0 / 8_388_608.0) - 1.0;
+    let (sin, cos) = (y as f32 * (TAU / 16_777_216.0)).sin_cos();
     let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
     Vec3::new(r * cos, r * sin, z)
 }
@@ -120,8 +129,7 @@ impl<'a> Quadtree<'a> {
         Quadtree { nodes }
     }
 
-    /// A unit direction; `u` is in [0, 1)². Its density is `pdf` of it; at a border of cells, rounding may send it
-    /// to the neighbour.
+    /// A unit direction; `u` is in [0, 1)². Its density is `pdf` of it, and positive.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> Vec3 {
         let ([mut u, mut v], mut cell, mut level) = (u, [0u32; 2], 0);
@@ -135,10 +143,14 @@ impl<'a> Quadtree<'a> {
             let Some(child) = node.branch().child(x | y << 1) else { break };
             node = self.nodes[child];
         }
-        // fixed point: rounding never leaves the cell, at any level
-        let rest = 32 - level;
-        let within = |cell: u32, u: f32| cell << rest | ((u * (1u64 << rest) as f32) as u32).min((1 << rest) - 1);
-        decode([within(cell[0], u), within(cell[1], v)])
+        // In fixed point, rounding never leaves the cell. The way to world space and back keeps z to the bit, but
+        // moves the azimuth by up to two steps: so much it keeps off the cell's borders.
+        let rest = 24 - level;
+        let within = |cell: u32, u: f32, margin: u32| {
+            let steps = 1u32 << rest;
+            (cell << rest) + ((u * steps as f32) as u32).clamp(margin, steps - 1 - margin)
+        };
+        decode([within(cell[0], u, 0), within(cell[1], v, 2)])
     }
 
     /// Density per steradian of `sample` at the unit direction `w` of world space.
@@ -168,6 +180,9 @@ impl<'a> Quadtree<'a> {
 /// The half that `u` falls into, the lower one having `lower` of [`ONE`], and `u` rescaled to it.
 #[inline]
 fn choose(u: f32, lower: u32) -> (u32, f32) {
+    // arithmetic instead of a branch that is guessed wrong half of the time; all but the quotient is exact
     let p = lower as f32 * (1.0 / ONE as f32);
-    if u < p { (0, u / p) } else { (1, (u - p) / (1.0 - p)) }
+    let half = (u >= p) as u32;
+    let upper = half as f32;
+    (half, (u - upper * p) / (p + upper * (1.0 - 2.0 * p)))
 }

@@ -57,6 +57,9 @@ impl Default for SdTreeSettings {
     }
 }
 
+/// Samples of one leaf that make a task of their own.
+const PIECE: usize = 1 << 14;
+
 /// What a path found in one direction from one vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
@@ -79,6 +82,16 @@ impl Sample {
     fn is_sound(&self) -> bool {
         let finite = |v: f32| v.is_finite() && v >= 0.0;
         finite(self.radiance) && finite(self.bsdf_pdf) && finite(self.scattered) && finite(self.pdf) && self.pdf > 0.0
+    }
+
+    /// Radiance over density: its mean is ∫ L dω.
+    fn energy(&self) -> f64 {
+        self.radiance as f64 / self.pdf as f64
+    }
+
+    /// Its mean is what the vertex scatters, ∫ L f |cosθ| dω.
+    fn contribution(&self) -> f64 {
+        self.energy() * self.scattered as f64
     }
 }
 
@@ -178,8 +191,8 @@ impl SdTree {
         self.frozen[leaf as usize].fraction
     }
 
-    /// Learns from samples, in the order given; the snapshot stays as it is, and the result is the same for any
-    /// number of threads. Samples that are not finite, negative, of density 0 or of no leaf are left out.
+    /// Learns from samples, in the order given, wherever one batch ends and the next begins; the snapshot stays as it
+    /// is, and the result is the same for any number of threads. Samples that are not finite, negative, of density 0 or of no leaf are left out.
     pub fn fold(&mut self, batches: &[&[Sample]]) {
         let (samples, ends) = by_leaf(batches, self.learners.len());
         let SdTree { settings, frozen, nodes, learners, .. } = self;
@@ -188,7 +201,7 @@ impl SdTree {
             let Frozen { first, nodes: count, .. } = frozen[leaf];
             let guide = &nodes[first as usize..(first + count) as usize];
             let guide = (!guide.is_empty() && settings.learned_fraction).then(|| Quadtree::new(guide));
-            samples[start..ends[leaf]].iter().for_each(|sample| learner.learn(sample, guide, settings));
+            learner.learn(&samples[start..ends[leaf]], guide, settings);
         });
     }
 
@@ -211,7 +224,7 @@ impl SdTree {
         self.nodes.len()
     }
 
-    /// Bytes of all of it: the snapshot, and what is being learnt. (A `fold` takes 8 more for each of its samples.)
+    /// Bytes of all of it: the snapshot, and what is being learnt. (A `fold` sorts a copy of its samples.)
     pub fn bytes(&self) -> u64 {
         let quadtrees: usize = self.learners.iter().map(|learner| learner.quadtree.bytes()).sum();
         let leaves = self.frozen.capacity() * size_of::<Frozen>() + self.learners.capacity() * size_of::<Learner>();
@@ -231,16 +244,21 @@ impl SdTree {
 }
 
 impl Learner {
-    fn learn(&mut self, sample: &Sample, guide: Option<Quadtree>, settings: &SdTreeSettings) {
-        self.visits += 1;
-        if sample.radiance == 0.0 {
-            return;
-        }
-        let energy = sample.radiance as f64 / sample.pdf as f64;
-        self.quadtree.splat(sample.direction, energy, settings.directional_filter);
-        if let Some(guide) = guide.filter(|_| sample.scattered > 0.0) {
+    fn learn(&mut self, samples: &[Sample], guide: Option<Quadtree>, settings: &SdTreeSettings) {
+        let filter = settings.directional_filter;
+        // An untrained tree is a single leaf: only pieces of it keep all threads busy. They are fixed, and so are sums.
+        let tally = |piece: &[Sample]| {
+            let mut sums = self.quadtree.emptied();
+            piece.iter().for_each(|sample| sums.splat(sample.direction, sample.energy(), filter));
+            sums
+        };
+        let pieces: Vec<Building> = samples.par_chunks(PIECE).map(tally).collect();
+        pieces.iter().for_each(|sums| self.quadtree.add(sums));
+        self.visits += samples.len() as u64;
+        let Some(guide) = guide else { return };
+        for sample in samples.iter().filter(|sample| sample.contribution() > 0.0) {
             let guide_pdf = guide.pdf_encoded(sample.direction);
-            self.fraction.learn(energy * sample.scattered as f64, sample.bsdf_pdf as f64, guide_pdf as f64);
+            self.fraction.learn(sample.contribution(), sample.bsdf_pdf as f64, guide_pdf as f64);
         }
     }
 
@@ -251,7 +269,7 @@ impl Learner {
 }
 
 /// Sorts samples by leaf; within a leaf they stay in order. Also where the samples of each leaf end.
-fn by_leaf<'a>(batches: &[&'a [Sample]], leaves: usize) -> (Vec<&'a Sample>, Vec<usize>) {
+fn by_leaf(batches: &[&[Sample]], leaves: usize) -> (Vec<Sample>, Vec<usize>) {
     let all = || batches.iter().flat_map(|batch| batch.iter()).filter(|s| (s.leaf as usize) < leaves && s.is_sound());
     let mut ends = vec![0; leaves];
     all().for_each(|sample| ends[sample.leaf as usize] += 1);
@@ -261,10 +279,10 @@ fn by_leaf<'a>(batches: &[&'a [Sample]], leaves: usize) -> (Vec<&'a Sample>, Vec
         begun += std::mem::replace(end, begun);
     }
     let Some(any) = all().next() else { return (Vec::new(), ends) };
-    let mut sorted = vec![any; begun];
+    let mut sorted = vec![*any; begun];
     for sample in all() {
         let place = &mut ends[sample.leaf as usize];
-        sorted[*place] = sample;
+        sorted[*place] = *sample;
         *place += 1;
     }
     (sorted, ends)

@@ -52,8 +52,8 @@ impl SdTree {
             let refined = |learner: &Learner| learner.quadtree.refined(fineness);
             let forms: Vec<Vec<Branch>> = self.learners.par_iter().map(refined).collect();
             let sizes = forms.iter().zip(&self.frozen).map(|(form, frozen)| leaf_bytes(form.len(), frozen.nodes));
-            // beyond 1, ρ divides nothing; NaN does not either
-            if ROOT_BYTES + sizes.sum::<u64>() <= self.memory || !(fineness.rho < 1.0) {
+            // beyond 1, ρ divides nothing
+            if ROOT_BYTES + sizes.sum::<u64>() <= self.memory || fineness.rho >= 1.0 {
                 break forms;
             }
             fineness.rho *= 2.0;
@@ -67,7 +67,8 @@ impl SdTree {
     /// Halves the leaves that got more than `most` samples, the fullest first, while there is room.
     pub(super) fn split(&mut self, most: f64) {
         let room = (self.memory as f64 * SPLIT_SHARE) as u64;
-        let sizes = self.learners.iter().zip(&self.frozen).map(|(l, frozen)| leaf_bytes(l.quadtree.nodes(), frozen.nodes));
+        let sizes =
+            self.learners.iter().zip(&self.frozen).map(|(l, frozen)| leaf_bytes(l.quadtree.nodes(), frozen.nodes));
         let mut used = ROOT_BYTES + sizes.sum::<u64>();
         // positive floats are ordered as their bits are
         let entry = |leaf: usize, learner: &Learner| (learner.last_visits.to_bits(), Reverse(leaf));
@@ -125,7 +126,7 @@ pub(super) fn untrained(settings: &SdTreeSettings, memory: u64) -> Building {
     let mut fineness = Fineness::of(settings);
     loop {
         let quadtree = Building::uniform(fineness);
-        if ROOT_BYTES + leaf_bytes(quadtree.nodes(), 0) <= memory || !(fineness.rho < 1.0) {
+        if ROOT_BYTES + leaf_bytes(quadtree.nodes(), 0) <= memory || fineness.rho >= 1.0 {
             return quadtree;
         }
         fineness.rho *= 2.0;
