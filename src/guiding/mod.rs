@@ -12,6 +12,7 @@ pub mod learner;
 pub mod qtable;
 pub mod recorder;
 mod refine;
+pub mod sdtree;
 pub mod states;
 pub mod strata;
 pub mod tree;

@@ -39,7 +39,7 @@ pub fn disk_to_square(p: Vec2) -> [f32; 2] {
 
 /// atan on [0, 1] to 2·10⁻⁷ in single precision (Abramowitz & Stegun 1964, eq. 4.4.49): the table look-ups need no more.
 #[inline]
-fn atan_unit(t: f32) -> f32 {
+pub fn atan_unit(t: f32) -> f32 {
     let s = t * t;
     let p = 0.002_866_225_7;
     let p = p * s - 0.016_165_737;
