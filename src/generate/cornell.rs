@@ -27,7 +27,6 @@ path = "cornell.obj"
 max_depth = 16
 next_event = true
 mis = true
-roulette = "throughput"
 rr_depth = 5
 
 [guiding]

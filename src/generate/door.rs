@@ -254,7 +254,6 @@ k = [3.695, 2.765, 1.829]
 max_depth = 16
 next_event = true
 mis = true
-roulette = "throughput"
 rr_depth = 5
 
 [guiding]

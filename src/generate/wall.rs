@@ -30,7 +30,6 @@ path = "wall.obj"
 max_depth = 16
 next_event = true
 mis = true
-roulette = "throughput"
 rr_depth = 5
 
 [guiding]

@@ -2,7 +2,7 @@
 
 use super::field::WHOLE;
 use super::strata::Strata;
-use super::tree::{self, Node};
+use super::tree::{self, LeafIndex, Node};
 use crate::geometry::Frame;
 use crate::math::ONE_MINUS_EPSILON;
 use crate::scene::description::GuideSampling;
@@ -22,10 +22,22 @@ pub struct GuidingDistribution<'f> {
 #[derive(Clone, Debug)]
 pub(super) enum Directions<'f> {
     /// A row as in `Field::rows`.
-    Strata { strata: &'f Strata, row: &'f [u16] },
+    Strata {
+        strata: &'f Strata,
+        row: &'f [u16],
+    },
     Tree(&'f [Node]),
     /// Strata drawn in proportion to weights of this very vertex: where each ends, the last at the sum of all.
-    Weighed { strata: &'f Strata, ends: Vec<f32> },
+    Weighed {
+        strata: &'f Strata,
+        ends: Vec<f32>,
+    },
+    /// The same for the leaves of a tree.
+    WeighedTree {
+        nodes: &'f [Node],
+        leaves: LeafIndex,
+        ends: Vec<f32>,
+    },
 }
 
 impl<'f> GuidingDistribution<'f> {
@@ -53,6 +65,31 @@ impl<'f> GuidingDistribution<'f> {
         GuidingDistribution { frame, directions: Directions::Weighed { strata, ends } }
     }
 
+    /// The product with `value`, of which the centre of each stratum or cell is taken: of the BSDF, without its cosine.
+    pub fn times(&self, value: impl Fn(Vec3) -> f32) -> GuidingDistribution<'f> {
+        let (frame, mut sum) = (self.frame, 0.0);
+        let mut ends = Vec::new();
+        let mut add = |pmf: f32, local: Vec3| {
+            sum += if pmf > 0.0 { pmf * value(frame.to_world(local)) } else { 0.0 };
+            ends.push(sum);
+        };
+        let directions = match &self.directions {
+            Directions::Tree(nodes) | Directions::WeighedTree { nodes, .. } => {
+                tree::leaves(nodes, &mut add);
+                Directions::WeighedTree { nodes, leaves: LeafIndex::new(nodes), ends }
+            }
+            Directions::Strata { strata, row } => {
+                (0..strata.count()).for_each(|k| add(row_pmf(strata, row, k), strata.direction(k, [0.5; 2])));
+                Directions::Weighed { strata, ends }
+            }
+            Directions::Weighed { strata, ends: own } => {
+                (0..strata.count()).for_each(|k| add(share(own, k), strata.direction(k, [0.5; 2])));
+                Directions::Weighed { strata, ends }
+            }
+        };
+        GuidingDistribution { frame, directions }
+    }
+
     /// A direction in world space; its density is `pdf` of it. `u` chooses where to look, `inside` where within.
     #[inline]
     pub fn sample(&self, u: f64, inside: [f32; 2]) -> Vec3 {
@@ -60,6 +97,7 @@ impl<'f> GuidingDistribution<'f> {
             Directions::Tree(nodes) => tree::sample(nodes, u, inside),
             Directions::Strata { strata, row } => strata.direction(stratum(strata, row, u), inside),
             Directions::Weighed { strata, ends } => strata.direction(weighed(ends, u), inside),
+            Directions::WeighedTree { leaves, ends, .. } => leaves.direction(weighed(ends, u), inside),
         };
         self.frame.to_world(local)
     }
@@ -72,15 +110,15 @@ impl<'f> GuidingDistribution<'f> {
             Directions::Tree(nodes) => tree::pdf(nodes, local),
             Directions::Strata { strata, row } => {
                 let Some(k) = strata.index(local) else { return 0.0 };
-                let starts = &row[strata.lines()..];
-                let end = starts.get(k + 1).map_or(WHOLE, |&start| start as u32);
-                strata.density((end - starts[k] as u32) as f32 / WHOLE as f32)
+                strata.density(row_pmf(strata, row, k))
             }
             Directions::Weighed { strata, ends } => {
                 let Some(k) = strata.index(local) else { return 0.0 };
-                let whole = ends[ends.len() - 1];
-                let mass = if whole > 0.0 { share(ends, k) / whole } else { 1.0 / ends.len() as f32 };
-                strata.density(mass)
+                strata.density(pmf(ends, k))
+            }
+            Directions::WeighedTree { nodes, leaves, ends } => {
+                let Some(k) = leaves.leaf(nodes, local) else { return 0.0 };
+                pmf(ends, k) / leaves.solid_angle(k)
             }
         }
     }
@@ -96,6 +134,21 @@ fn stratum(strata: &Strata, row: &[u16], u: f64) -> usize {
     let begun = |starts: &[u16]| starts.iter().map(|&start| (start <= at) as usize).sum::<usize>();
     let line = begun(&lines[1..]);
     line * columns + begun(&starts[line * columns + 1..(line + 1) * columns])
+}
+
+/// Probability of stratum `k` in a row of `Field::rows`.
+#[inline]
+fn row_pmf(strata: &Strata, row: &[u16], k: usize) -> f32 {
+    let starts = &row[strata.lines()..];
+    let end = starts.get(k + 1).map_or(WHOLE, |&start| start as u32);
+    (end - starts[k] as u32) as f32 / WHOLE as f32
+}
+
+/// Probability of the `k`-th by the weights that end at `ends`; each alike where there is none.
+#[inline]
+fn pmf(ends: &[f32], k: usize) -> f32 {
+    let whole = ends[ends.len() - 1];
+    if whole > 0.0 { share(ends, k) / whole } else { 1.0 / ends.len() as f32 }
 }
 
 /// Weight of stratum `k`.

@@ -45,9 +45,7 @@ impl Guide {
         let states = match settings.method {
             GuidingMethod::None => return None,
             GuidingMethod::Grid => States::Grid(Grid::new(low, high, settings.resolution, settings.normals)),
-            GuidingMethod::Adaptive => {
-                States::Adaptive(Adaptive::new(low, high, settings.resolution, settings.levels))
-            }
+            GuidingMethod::Adaptive => States::Adaptive(Adaptive::new(low, high, settings.resolution, settings.levels)),
         };
         let table = match settings.table {
             DirectionTable::Hemisphere => Table::Strata(Strata::new(Domain::Hemisphere, settings.strata)),

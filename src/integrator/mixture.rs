@@ -11,6 +11,9 @@ use glam::Vec3;
 /// BSDFs with a sharper lobe than this are left to their own sampling: strata are too wide for them.
 const MIN_GUIDED_ROUGHNESS: f32 = 0.3;
 
+/// With the product of guide and BSDF, down to about the width of a tree's smallest cells.
+const MIN_PRODUCT_ROUGHNESS: f32 = 0.05;
+
 /// How directions are chosen at one vertex.
 pub struct Mixture<'a> {
     bsdf: &'a Bsdf<'a>,
@@ -46,10 +49,10 @@ impl<'a> Mixture<'a> {
         Mixture { bsdf, guide, bsdf_fraction }
     }
 
-    /// Whether a guide can help this BSDF.
+    /// Whether a guide can help this BSDF; with the product, a sharper one.
     #[inline]
-    pub fn guides(bsdf: &Bsdf) -> bool {
-        bsdf.roughness() >= MIN_GUIDED_ROUGHNESS
+    pub fn guides(bsdf: &Bsdf, product: bool) -> bool {
+        bsdf.roughness() >= if product { MIN_PRODUCT_ROUGHNESS } else { MIN_GUIDED_ROUGHNESS }
     }
 
     /// Value f·|cosθ| of the BSDF's smooth lobes and density of the mixture at `wi` (world space).

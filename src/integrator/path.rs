@@ -11,12 +11,15 @@ use crate::geometry::SurfaceInteraction;
 use crate::guiding::{Field, PackedDirection, Recorder, StateKey, Summary};
 use crate::math::{Rgb, luminance, rng::Rng};
 use crate::scene::Scene;
-use crate::scene::description::{GuidingSettings, IntegratorSettings, Roulette};
+use crate::scene::description::{GuideSampling, GuidingSettings, IntegratorSettings, Roulette};
 use glam::Vec3;
 use std::time::{Duration, Instant};
 
 /// Splitting stops where a wave has this many times the paths of its batch.
 const MAX_WAVE: usize = 4;
+
+/// Cosines are divided by at least this, where a BSDF's value is wanted without its own.
+const MIN_COSINE: f32 = 1e-3;
 
 /// Everything a batch reads and nothing it writes.
 #[derive(Clone, Copy)]
@@ -189,7 +192,7 @@ impl<'a> Walk<'a, '_> {
         let guided = self.ask_the_guide(&si, wo_world, &bsdf);
         let summary = guided.as_ref().and_then(|g| g.summary);
         self.log(i, depth, le, self.expectation(summary, &bsdf));
-        let mixture = self.mixture(&bsdf, guided.as_ref());
+        let mixture = self.mixture(&si, wo, &bsdf, guided.as_ref());
 
         if settings.next_event && bsdf.has_smooth() {
             self.ask_a_light(&si, wo, &mixture, slot, throughput, depth, &mut rng);
@@ -198,7 +201,7 @@ impl<'a> Walk<'a, '_> {
         // The next direction, or several.
         let albedo = bsdf.albedo(wo);
         let analog = self.batch.wave.paths.analog[i] * albedo.max_element();
-        let guides = Mixture::guides(&bsdf);
+        let guides = Mixture::guides(&bsdf, false);
         let paths = self.paths(summary, guides, luminance(throughput * albedo), analog, slot, depth);
         let count = (paths + rng.f32()) as u32;
         for k in 0..count {
@@ -208,7 +211,8 @@ impl<'a> Walk<'a, '_> {
             let arrival = self.learn.then(|| Arrival {
                 parent: self.batch.vertices[depth as usize - 1].len() as u32 - 1,
                 weight,
-                edge: edge(guided.as_ref(), &next, luminance(albedo)).map(|e| Edge { scattered: if guides { e.scattered } else { 0.0 }, ..e }),
+                edge: edge(guided.as_ref(), &next, luminance(albedo))
+                    .map(|e| Edge { scattered: if guides { e.scattered } else { 0.0 }, ..e }),
             });
             let b = &mut self.batch.next;
             b.rays.push(&Ray { org: si.spawn(next.wi), dir: next.wi, tfar: f32::INFINITY });
@@ -236,15 +240,34 @@ impl<'a> Walk<'a, '_> {
     }
 
     #[inline]
-    fn mixture<'m>(&self, bsdf: &'m Bsdf<'m>, guided: Option<&Guided<'m>>) -> Mixture<'m>
+    fn mixture<'m>(
+        &self,
+        si: &SurfaceInteraction,
+        wo: Vec3,
+        bsdf: &'m Bsdf<'m>,
+        guided: Option<&Guided<'m>>,
+    ) -> Mixture<'m>
     where
         'a: 'm,
     {
-        let known = self.integrator.guide.zip(guided).filter(|_| Mixture::guides(bsdf));
+        let known = self.integrator.guide.zip(guided).filter(|_| Mixture::guides(bsdf, self.product()));
         let Some((guide, summary, normal)) = known.and_then(|(u, g)| Some((u, g.summary?, g.normal))) else {
             return Mixture::new(bsdf, None, 1.0);
         };
-        Mixture::new(bsdf, Some(guide.field.distribution(summary, normal)), summary.bsdf_fraction)
+        let mut distribution = guide.field.distribution(summary, normal);
+        if self.product() && bsdf.lambertian().is_none() {
+            distribution = distribution.times(|w| {
+                let wi = si.frame.to_local(w);
+                luminance(bsdf.eval(wo, wi)) / wi.z.abs().max(MIN_COSINE)
+            });
+        }
+        Mixture::new(bsdf, Some(distribution), summary.bsdf_fraction)
+    }
+
+    /// Whether directions are drawn from the product of guide and BSDF.
+    #[inline]
+    fn product(&self) -> bool {
+        self.integrator.guide.is_some_and(|guide| guide.settings.sampling == GuideSampling::Product)
     }
 
     /// What the table expects of going on.
@@ -260,7 +283,15 @@ impl<'a> Walk<'a, '_> {
     /// on the way (`analog`), not by the throughput: a guide that finds the light lowers the throughput of just the
     /// paths that matter.
     #[inline]
-    fn paths(&self, summary: Option<&Summary>, guides: bool, reflected: f32, analog: f32, slot: u32, depth: u32) -> f32 {
+    fn paths(
+        &self,
+        summary: Option<&Summary>,
+        guides: bool,
+        reflected: f32,
+        analog: f32,
+        slot: u32,
+        depth: u32,
+    ) -> f32 {
         let settings = self.integrator.settings;
         if settings.roulette == Roulette::None {
             return 1.0;
@@ -270,7 +301,9 @@ impl<'a> Walk<'a, '_> {
             let full = self.batch.next.rays.len() >= MAX_WAVE * self.task.paths();
             let max_split = if full { 1.0 } else { settings.max_split };
             // of the return by a sharp lobe, a state's moments say nothing
-            let Some(summary) = summary.filter(|_| guides) else { return if depth >= settings.rr_depth { MAX_SURVIVAL } else { 1.0 } };
+            let Some(summary) = summary.filter(|_| guides) else {
+                return if depth >= settings.rr_depth { MAX_SURVIVAL } else { 1.0 };
+            };
             return efficiency.paths(summary, reflected, self.pixel(slot), max_split);
         }
         if depth >= settings.rr_depth { analog.min(MAX_SURVIVAL) } else { 1.0 }

@@ -6,7 +6,7 @@ use crate::guiding::Summary;
 pub const MAX_SURVIVAL: f32 = 0.95;
 
 /// Paths go on with at least this expectation: light that the guide has not found yet must be able to come.
-const MIN_SURVIVAL: f32 = 0.05;
+const MIN_SURVIVAL: f32 = 0.2;
 
 /// What guided roulette weighs a path against, frozen for an iteration.
 #[derive(Clone, Debug)]
@@ -28,9 +28,8 @@ impl Efficiency {
         let importance = reflected * self.inverse_luminance[pixel] * self.scale;
         let factor = |moment: f32| importance * (moment / summary.rays.max(1.0)).max(0.0).sqrt();
         let survival = factor(summary.square);
-        let paths = if survival < 1.0 { survival } else { factor(summary.square - summary.mean * summary.mean).max(1.0) };
-        paths.clamp(*MINS, max_split.max(1.0))
+        let paths =
+            if survival < 1.0 { survival } else { factor(summary.square - summary.mean * summary.mean).max(1.0) };
+        paths.clamp(MIN_SURVIVAL, max_split.max(1.0))
     }
 }
-
-pub static MINS: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| std::env::var("MINS").ok().and_then(|v| v.parse().ok()).unwrap_or(0.05));

@@ -1,6 +1,6 @@
 //! What guided roulette weighs paths against: the picture so far and what it cost.
 
-use crate::film::accumulate::Estimate;
+use crate::film::accumulate::Film;
 use crate::integrator::{Counters, Efficiency};
 use crate::math::luminance;
 
@@ -16,8 +16,13 @@ const FLOOR: f64 = 0.1;
 /// Share of the pixels, the noisiest, that have no say in the average variance.
 const OUTLIERS: f64 = 0.005;
 
+/// How much more is split than the averages ask for. Those lag one iteration behind while the variance falls; at equal
+/// time, 1.5 did better than 0.5 and 1 on the scenes with an ajar door.
+const BOLDNESS: f64 = 1.5;
+
 /// `counters` are those of the iteration that made the newest part of the picture.
-pub fn efficiency(estimate: &Estimate, counters: &Counters) -> Option<Efficiency> {
+pub fn efficiency(film: &Film, counters: &Counters) -> Option<Efficiency> {
+    let estimate = film.develop();
     let (width, height) = (estimate.width as usize, estimate.height as usize);
     let light: Vec<f64> = estimate.mean.iter().map(|&c| luminance(c) as f64).collect();
     let mean = light.iter().sum::<f64>() / light.len() as f64;
@@ -26,19 +31,14 @@ pub fn efficiency(estimate: &Estimate, counters: &Counters) -> Option<Efficiency
     }
     let blurred = transpose(&blur(&transpose(&blur(&light, width), width), height), height);
     let squares: Vec<f64> = blurred.iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect();
-    let mut variances: Vec<f64> = (estimate.variance.iter().zip(&squares))
-        .map(|(&v, square)| luminance(v) as f64 * estimate.samples as f64 / square)
-        .collect();
-    variances.sort_unstable_by(f64::total_cmp);
-    let kept = ((1.0 - OUTLIERS) * variances.len() as f64).ceil() as usize;
-    let variance = variances[..kept].iter().sum::<f64>() / kept as f64;
+    let variance = film.sample_variance(&squares, OUTLIERS)?;
     if variance == 0.0 {
         return None;
     }
     let rays = (counters.rays as f64 / counters.paths.max(1) as f64).max(1.0);
     Some(Efficiency {
         inverse_luminance: squares.iter().map(|square| square.sqrt().recip() as f32).collect(),
-        scale: (rays / variance).sqrt() as f32,
+        scale: (BOLDNESS * (rays / variance).sqrt()) as f32,
     })
 }
 

@@ -155,10 +155,10 @@ impl<'a> Driver<'a> {
         if let Some(guide) = self.guide.as_mut().filter(|_| learn && go_on) {
             report.learn_seconds += timed(|| guide.end_iteration()).as_secs_f64();
         }
-        self.film.end_iteration();
         if self.guide.is_some() && go_on && self.settings.integrator.roulette == Roulette::Guided {
-            self.efficiency = efficiency::efficiency(&self.film.develop(), &report.counters).or(self.efficiency.take());
+            self.efficiency = efficiency::efficiency(&self.film, &report.counters).or(self.efficiency.take());
         }
+        self.film.end_iteration();
         report.seconds = start.elapsed().as_secs_f64();
         self.iterations.push(report);
         go_on

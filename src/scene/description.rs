@@ -217,7 +217,14 @@ pub struct IntegratorSettings {
 
 impl Default for IntegratorSettings {
     fn default() -> IntegratorSettings {
-        IntegratorSettings { max_depth: 16, next_event: true, mis: true, roulette: Roulette::Throughput, rr_depth: 5, max_split: 8.0 }
+        IntegratorSettings {
+            max_depth: 16,
+            next_event: true,
+            mis: true,
+            roulette: Roulette::Guided,
+            rr_depth: 5,
+            max_split: 8.0,
+        }
     }
 }
 
@@ -291,7 +298,7 @@ impl Default for GuidingSettings {
             updates: Updates::Frozen,
             sampling: GuideSampling::QCos,
             bsdf_fraction: 0.5,
-            learned_fraction: false,
+            learned_fraction: true,
             mis_compensation: false,
             smoothing: 0.0,
             jitter: true,
@@ -361,6 +368,8 @@ pub enum GuideSampling {
     Q,
     /// Q cosθ.
     QCos,
+    /// Q f cosθ, stratum by stratum; a Lambertian surface needs no more than Q cosθ for it.
+    Product,
 }
 
 /// How long, from which numbers, and what becomes of the iterations.

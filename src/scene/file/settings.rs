@@ -56,7 +56,7 @@ pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fau
     t.number("split_share", UNIT, &mut s.split_share)?;
     t.number("split_visits", NOT_NEGATIVE, &mut s.split_visits)?;
     learning(t, s)?;
-    let samplings = [("q-cos", GuideSampling::QCos), ("q", GuideSampling::Q)];
+    let samplings = [("q-cos", GuideSampling::QCos), ("product", GuideSampling::Product), ("q", GuideSampling::Q)];
     t.choice("sampling", &samplings, &mut s.sampling)?;
     t.number("bsdf_fraction", FRACTION, &mut s.bsdf_fraction)?;
     t.flag("learned_fraction", &mut s.learned_fraction)?;
