@@ -19,6 +19,11 @@ pub struct StateView<'g> {
 }
 
 impl Guide {
+    /// Weight of a state's visits, if it was ever met.
+    pub fn visits(&self, key: StateKey) -> Option<f32> {
+        self.learner.get(key).map(|state| state.visits)
+    }
+
     /// What was learnt of a state, if it was ever met.
     pub fn view(&self, key: StateKey) -> Option<StateView<'_>> {
         let (state, table) = (self.learner.get(key)?, &self.learner.table);
