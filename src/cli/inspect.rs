@@ -188,7 +188,10 @@ impl Report {
             line("point", format!("{x:.4} {y:.4} {z:.4}")),
             line("state", format!("{key}, {visits:.0} visits, {usable}")),
             line("correlation with the truth", number(r.correlation)),
-            line("relative error", format!("{} (noise of the truth: {})", number(r.relative_error), number(r.truth_noise))),
+            line(
+                "relative error",
+                format!("{} (noise of the truth: {})", number(r.relative_error), number(r.truth_noise)),
+            ),
             line("irradiance, learnt", format!("{:.4e}", r.learnt_irradiance)),
             line("irradiance, traced", format!("{:.4e}", r.traced_irradiance)),
             line("states", g.states.to_string()),
@@ -224,7 +227,8 @@ impl Pictures<'_> {
             ("hemisphere", Chart::disk(&radiance.frame, learnt), Chart::disk(&radiance.frame, traced)),
         ];
         for (name, learnt, traced) in &charts {
-            let layers = [("learnt", learnt), ("traced", traced)].map(|(name, c)| Layer::scalar(name, "Y", c.or_zero()));
+            let layers =
+                [("learnt", learnt), ("traced", traced)].map(|(name, c)| Layer::scalar(name, "Y", c.or_zero()));
             self.write(name, &side_by_side(learnt, traced, white), (learnt.width, learnt.height), layers.into())?;
         }
         Ok(())

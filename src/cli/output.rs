@@ -24,12 +24,7 @@ pub struct Outputs {
 
 impl Outputs {
     /// Decides on names, and refuses before hours are spent on a picture that could not be written.
-    pub fn new(
-        pictures: &[PathBuf],
-        json: Option<&PathBuf>,
-        guide: Option<&PathBuf>,
-        scene: &Path,
-    ) -> Result<Outputs> {
+    pub fn new(pictures: &[PathBuf], json: Option<&PathBuf>, guide: Option<&PathBuf>, scene: &Path) -> Result<Outputs> {
         let pictures = match pictures {
             [] => {
                 let stem = PathBuf::from(scene.file_stem().context("the scene has no file name")?);

@@ -92,8 +92,10 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
     }
-    let keeping =
-        Keeping { from: trained(arguments.guide_in.as_deref(), &scene, &description)?, keep: arguments.guide_out.is_some() };
+    let keeping = Keeping {
+        from: trained(arguments.guide_in.as_deref(), &scene, &description)?,
+        keep: arguments.guide_out.is_some(),
+    };
     let stop = stop_flag()?;
     let rendering = watched(&scene, &description, keeping, arguments.quiet, &stop);
     let interrupted = stop.load(Ordering::Relaxed);
@@ -135,7 +137,8 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
 /// Refuses options that could do nothing.
 fn check_guide_options(arguments: &RenderArguments, scene: &SceneDescription, outputs: &Outputs) -> Result<()> {
     let RenderArguments { guide_in, guide_out, guide_layers, .. } = arguments;
-    let given = [("--guide-in", guide_in.is_some()), ("--guide-out", guide_out.is_some()), ("--guide-layers", *guide_layers)];
+    let given =
+        [("--guide-in", guide_in.is_some()), ("--guide-out", guide_out.is_some()), ("--guide-layers", *guide_layers)];
     if let Some((option, _)) = given.iter().find(|(_, given)| *given)
         && scene.guiding.method == GuidingMethod::None
     {

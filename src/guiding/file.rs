@@ -105,7 +105,9 @@ pub fn write(path: &Path, guide: &Guide, subject: &Subject, paths: u64) -> Resul
     head[8..12].copy_from_slice(&VERSION.to_le_bytes());
     head[12..].copy_from_slice(&(body.len() as u64).to_le_bytes());
     let sum = checksum(&head, &body);
-    write_atomically(path, |file| [&head[..], &body, &sum.to_le_bytes()].iter().try_for_each(|part| file.write_all(part)))
+    write_atomically(path, |file| {
+        [&head[..], &body, &sum.to_le_bytes()].iter().try_for_each(|part| file.write_all(part))
+    })
 }
 
 /// Reads a guide for a scene with the bounds `bounds`, to be used with `guiding`.
@@ -150,12 +152,13 @@ fn body_length(head: &[u8]) -> std::result::Result<u64, String> {
     let Ok(head) = <&[u8; HEAD]>::try_from(head) else {
         return Err("the guide is truncated, or something follows it".into());
     };
-    let number = |range: std::ops::Range<usize>| {
-        head[range].iter().rev().fold(0u64, |sum, &byte| (sum << 8) | u64::from(byte))
-    };
+    let number =
+        |range: std::ops::Range<usize>| head[range].iter().rev().fold(0u64, |sum, &byte| (sum << 8) | u64::from(byte));
     match number(8..12) {
         version if version == u64::from(VERSION) => Ok(number(12..20)),
-        version => Err(format!("the guide is of version {version} of the format; this program reads version {VERSION}")),
+        version => {
+            Err(format!("the guide is of version {version} of the format; this program reads version {VERSION}"))
+        }
     }
 }
 

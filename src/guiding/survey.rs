@@ -16,7 +16,8 @@ pub struct Survey {
     pub bytes: usize,
     /// Nodes of all trees of directions; 0 where there are none.
     pub tree_nodes: usize,
-    /// Share of the states without a visit in the last iteration that learnt.
+    /// Share of the states without a visit in the last iteration that learnt, those included that its end cut from larger
+    /// ones.
     pub not_met_share: f64,
     /// Share of the states of which too little is known to draw from.
     pub unusable_share: f64,

@@ -77,7 +77,8 @@ impl Radiance {
             frame: Frame::from_normal(normal),
             samples,
         };
-        let bins = (0..SIDE * SIDE).into_par_iter().map_init(Batch::new, |batch, k| tracer.bin(k, view.as_ref(), batch));
+        let bins =
+            (0..SIDE * SIDE).into_par_iter().map_init(Batch::new, |batch, k| tracer.bin(k, view.as_ref(), batch));
         Radiance { bins: bins.collect(), frame: tracer.frame, samples }
     }
 
