@@ -12,7 +12,7 @@
 //!         │   ▲  └─ transitions ───────────────► recorder (owned by the tile)
 //!         │   └── bsdf, light, mixture (BSDF + guide: the one place where both sampling and pdf live)
 //!         ▼
-//!      film ─► EXR / PNG
+//!      film ─► EXR / PNG      inspect: a guide that has learnt, against what is traced
 //! ```
 //!
 //! # Invariants
@@ -41,6 +41,7 @@ pub mod film;
 pub mod generate;
 pub mod geometry;
 pub mod guiding;
+pub mod inspect;
 pub mod integrator;
 pub mod light;
 pub mod math;

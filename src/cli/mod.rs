@@ -5,6 +5,7 @@
 mod bench;
 mod error;
 mod generate;
+mod inspect;
 mod output;
 mod progress;
 mod render;
@@ -34,6 +35,8 @@ enum Command {
     Error(error::ErrorArguments),
     /// Measure how rays are best traced here: single or in packets, in which order, with which flags.
     Bench(bench::BenchArguments),
+    /// Show what the guide knows of the place behind a pixel, and how large it is.
+    Inspect(inspect::InspectArguments),
     /// Write the project's own scenes.
     Generate(generate::GenerateArguments),
 }
@@ -44,6 +47,7 @@ pub fn run() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Error(arguments) => error::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
     };
     result.unwrap_or_else(|error| {

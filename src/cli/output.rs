@@ -6,6 +6,8 @@ use crate::film::atomic::write_atomically;
 use crate::film::exr::{self, Attribute, Metadata, Window};
 use crate::film::image::{Image, Layer};
 use crate::film::png;
+use crate::guiding::file as guide_file;
+use crate::inspect::Layers;
 use crate::render::Rendering;
 use crate::scene::description::SceneDescription;
 use anyhow::{Context as _, Result, bail};
@@ -17,11 +19,12 @@ use std::path::{Path, PathBuf};
 pub struct Outputs {
     pictures: Vec<PathBuf>,
     json: Option<PathBuf>,
+    guide: Option<PathBuf>,
 }
 
 impl Outputs {
     /// Decides on names, and refuses before hours are spent on a picture that could not be written.
-    pub fn new(pictures: &[PathBuf], json: Option<&PathBuf>, scene: &Path) -> Result<Outputs> {
+    pub fn new(pictures: &[PathBuf], json: Option<&PathBuf>, guide: Option<&PathBuf>, scene: &Path) -> Result<Outputs> {
         let pictures = match pictures {
             [] => {
                 let stem = PathBuf::from(scene.file_stem().context("the scene has no file name")?);
@@ -38,11 +41,19 @@ impl Outputs {
         if let Some(path) = json.filter(|path| path.as_os_str() != "-") {
             check_writable(path)?;
         }
-        Ok(Outputs { pictures, json: json.cloned() })
+        if let Some(path) = guide {
+            check_writable(path)?;
+        }
+        Ok(Outputs { pictures, json: json.cloned(), guide: guide.cloned() })
     }
 
-    pub fn pictures(&self) -> &[PathBuf] {
-        &self.pictures
+    /// Pictures and the guide.
+    pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        self.pictures.iter().chain(&self.guide)
+    }
+
+    pub fn any_exr(&self) -> bool {
+        self.pictures.iter().any(|path| path.extension().is_some_and(|e| e == "exr"))
     }
 
     /// Writes them all. One that fails does not keep the others from being written.
@@ -59,14 +70,17 @@ impl Outputs {
             false => png::write(path, &beauty(estimate), description.film.exposure).map_err(anyhow::Error::from),
         });
         let json = self.json.iter().map(|path| write_json(path, report));
+        let guide = (self.guide.iter().zip(&rendering.guide)).map(|(path, guide)| {
+            guide_file::write(path, guide, &context.subject, rendering.learnt_paths).map_err(anyhow::Error::from)
+        });
         let failures: Vec<String> =
-            pictures.chain(json).filter_map(|result| result.err().map(|e| format!("{e:#}"))).collect();
+            pictures.chain(json).chain(guide).filter_map(|result| result.err().map(|e| format!("{e:#}"))).collect();
         if failures.is_empty() { Ok(()) } else { bail!(failures.join("\nerror: ")) }
     }
 }
 
 /// Makes and removes an empty file beside `path`, unless that is a device or a pipe, which are written directly.
-fn check_writable(path: &Path) -> Result<()> {
+pub(super) fn check_writable(path: &Path) -> Result<()> {
     // A link is followed, as it will be when the file is written.
     let target = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -89,7 +103,7 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
     let e = &rendering.estimate;
     let features =
         |f: fn(&crate::film::tile::Features) -> crate::math::Rgb| -> Vec<_> { e.features.iter().map(f).collect() };
-    let layers = vec![
+    let mut layers = vec![
         Layer::color("", &e.mean),
         Layer::color("variance", &e.variance),
         Layer::color("albedo", &features(|f| f.albedo)),
@@ -97,6 +111,7 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
         Layer::scalar("", "Z", e.features.iter().map(|f| f.depth).collect()),
         Layer::scalar("samples", "Y", vec![e.samples as f32; e.mean.len()]),
     ];
+    layers.extend(context.guide_layers.iter().flat_map(Layers::channels));
     let metadata = Metadata {
         scene_hash: context.scene.hash_text(),
         samples_per_pixel: e.samples,
@@ -107,7 +122,7 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
     exr::write(path, &Window::full(e.width as usize, e.height as usize), layers, &metadata)
 }
 
-fn write_json(path: &Path, report: &Report) -> Result<()> {
+pub(super) fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(report)? + "\n";
     if path.as_os_str() == "-" {
         return std::io::stdout().write_all(text.as_bytes()).context("standard output");

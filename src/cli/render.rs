@@ -3,12 +3,14 @@
 use super::output::Outputs;
 use super::progress::Bar;
 use super::report::{Context, Report, total};
-use crate::render::{Rendering, Settings, render};
-use crate::scene::description::SceneDescription;
+use crate::guiding::file::{self as guide_file, Subject};
+use crate::inspect::Layers;
+use crate::render::{Keeping, Rendering, Settings, render_keeping};
+use crate::scene::description::{GuidingMethod, SceneDescription};
 use crate::scene::{Scene, file};
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,7 +22,9 @@ const WARNINGS: usize = 20;
 const EXAMPLES: &str = "Examples:
   phototaxis render model.obj
   phototaxis render scene.toml --time 60 -o out/scene.exr -o out/scene.png
-  phototaxis render scene.toml --guide none --set film.width=640 --json -";
+  phototaxis render scene.toml --guide none --set film.width=640 --json -
+  phototaxis render scene.toml --spp 256 --guide-out scene.guide
+  phototaxis render scene.toml --spp 64 --guide-in scene.guide --set 'camera.origin=[0, 1, 4]'";
 
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
@@ -40,6 +44,15 @@ pub struct RenderArguments {
     /// The guide: what learns where light comes from. [default: the scene file's, else adaptive]
     #[arg(long, value_name = "METHOD")]
     guide: Option<Method>,
+    /// Begins with what an earlier render of this scene learnt, whatever its camera.
+    #[arg(long, value_name = "FILE")]
+    guide_in: Option<PathBuf>,
+    /// Writes what was learnt, also on Ctrl-C; the last iteration then learns too.
+    #[arg(long, value_name = "FILE")]
+    guide_out: Option<PathBuf>,
+    /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
+    #[arg(long)]
+    guide_layers: bool,
     /// Seed of the random numbers. [default: the scene file's, else 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -58,7 +71,7 @@ pub struct RenderArguments {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Method {
+pub(super) enum Method {
     /// No guide: directions from the material, and next-event estimation
     None,
     /// Learns in cells that refine where it pays, by position and facing normal
@@ -70,15 +83,21 @@ enum Method {
 pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     super::set_threads(arguments.threads)?;
     let (description, warnings) = file::load(&arguments.scene, &overrides(arguments))?;
-    let outputs = Outputs::new(&arguments.output, arguments.json.as_ref(), &arguments.scene)?;
+    let outputs =
+        Outputs::new(&arguments.output, arguments.json.as_ref(), arguments.guide_out.as_ref(), &arguments.scene)?;
+    check_guide_options(arguments, &description, &outputs)?;
     let load = Instant::now();
     let (scene, more_warnings) = Scene::load(&description, arguments.threads)?;
     let load_seconds = load.elapsed().as_secs_f64();
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
     }
+    let keeping = Keeping {
+        from: trained(arguments.guide_in.as_deref(), &scene, &description)?,
+        keep: arguments.guide_out.is_some(),
+    };
     let stop = stop_flag()?;
-    let rendering = watched(&scene, &description, arguments.quiet, &stop);
+    let rendering = watched(&scene, &description, keeping, arguments.quiet, &stop);
     let interrupted = stop.load(Ordering::Relaxed);
     if !arguments.quiet {
         warn_of_non_finite(&rendering);
@@ -90,12 +109,14 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         interrupted,
         load_seconds: load_seconds - scene.build_seconds(),
         build_seconds: scene.build_seconds(),
+        subject: subject(&scene, &description),
+        guide_layers: rendering.guide.as_ref().filter(|_| arguments.guide_layers).map(|g| Layers::new(&scene, g)),
     };
     let report = Report::new(&context, &rendering);
     outputs.write(&context, &description, &rendering, &report)?;
     if !arguments.quiet {
         eprintln!("{}", report.summary());
-        outputs.pictures().iter().for_each(|path| eprintln!("wrote {}", path.display()));
+        outputs.paths().for_each(|path| eprintln!("wrote {}", path.display()));
     }
     Ok(if interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
@@ -113,15 +134,52 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
     all
 }
 
+/// Refuses options that could do nothing.
+fn check_guide_options(arguments: &RenderArguments, scene: &SceneDescription, outputs: &Outputs) -> Result<()> {
+    let RenderArguments { guide_in, guide_out, guide_layers, .. } = arguments;
+    let given =
+        [("--guide-in", guide_in.is_some()), ("--guide-out", guide_out.is_some()), ("--guide-layers", *guide_layers)];
+    if let Some((option, _)) = given.iter().find(|(_, given)| *given)
+        && scene.guiding.method == GuidingMethod::None
+    {
+        bail!("{option} needs a guide, and guiding.method is none");
+    }
+    if *guide_layers && !outputs.any_exr() {
+        bail!("--guide-layers needs a picture in EXR");
+    }
+    Ok(())
+}
+
+/// What guides of this scene are kept for.
+pub(super) fn subject(scene: &Scene, description: &SceneDescription) -> Subject {
+    Subject::new(scene.content_hash_text(), &description.guiding, &description.integrator)
+}
+
+/// The guide in a file, where one is given.
+pub(super) fn trained(
+    path: Option<&Path>,
+    scene: &Scene,
+    description: &SceneDescription,
+) -> Result<Option<guide_file::Trained>> {
+    let read = |path| guide_file::read(path, &subject(scene, description), &description.guiding, scene.bounds());
+    Ok(path.map(read).transpose()?)
+}
+
 /// Renders with a progress bar, until done or asked to stop.
-fn watched(scene: &Scene, description: &SceneDescription, quiet: bool, stop: &AtomicBool) -> Rendering {
+pub(super) fn watched(
+    scene: &Scene,
+    description: &SceneDescription,
+    keeping: Keeping,
+    quiet: bool,
+    stop: &AtomicBool,
+) -> Rendering {
     let settings = Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),
         render: description.render.clone(),
     };
     let bar = Bar::new(quiet);
-    let rendering = render(scene, &settings, &mut |progress| {
+    let rendering = render_keeping(scene, &settings, keeping, &mut |progress| {
         bar.update(progress);
         !stop.load(Ordering::Relaxed)
     });
@@ -130,7 +188,7 @@ fn watched(scene: &Scene, description: &SceneDescription, quiet: bool, stop: &At
 }
 
 /// Set by the first Ctrl-C or SIGTERM, which end the render after its pass; the second ends the program at once.
-fn stop_flag() -> Result<Arc<AtomicBool>> {
+pub(super) fn stop_flag() -> Result<Arc<AtomicBool>> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
@@ -140,7 +198,7 @@ fn stop_flag() -> Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-fn warn(warnings: &[String]) {
+pub(super) fn warn(warnings: &[String]) {
     warnings.iter().take(WARNINGS).for_each(|warning| eprintln!("warning: {warning}"));
     if let more @ 1.. = warnings.len().saturating_sub(WARNINGS) {
         eprintln!("warning: and {more} more");

@@ -1,5 +1,7 @@
 //! The figures of a render, for people and for programs.
 
+use crate::guiding::file::Subject;
+use crate::inspect::Layers;
 use crate::integrator::Counters;
 use crate::render::{IterationReport, Rendering};
 use crate::scene::Scene;
@@ -70,6 +72,9 @@ pub struct Context<'a> {
     pub interrupted: bool,
     pub load_seconds: f64,
     pub build_seconds: f64,
+    pub subject: Subject,
+    /// Where they are asked for.
+    pub guide_layers: Option<Layers>,
 }
 
 impl Report {

@@ -225,6 +225,11 @@ impl Field {
         }
     }
 
+    /// Share of its neighbours in a stratum's estimate.
+    pub(super) fn smoothing(&self) -> f32 {
+        self.usage.smoothing
+    }
+
     /// States that can be drawn from.
     pub fn len(&self) -> usize {
         self.summaries.len()
@@ -263,7 +268,7 @@ fn append<T>(all: &mut Vec<T>, row: Vec<T>) -> u32 {
 
 /// Estimates of Q by stratum: what few visits say leans towards the mean of what is known, and then each towards its
 /// neighbours in the square.
-fn estimates(entries: &[Entry], strata: &Strata, smoothing: f32) -> Vec<f32> {
+pub(super) fn estimates(entries: &[Entry], strata: &Strata, smoothing: f32) -> Vec<f32> {
     let known = entries.iter().filter(|e| e.visits > 0.0);
     let (sum, n) = known.fold((0.0, 0), |(sum, n), e| (sum + e.q, n + 1));
     let prior = if n > 0 { sum / n as f32 } else { 0.0 };

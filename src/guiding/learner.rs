@@ -143,6 +143,21 @@ impl Learner {
         }
     }
 
+    /// What is known, by shard.
+    pub fn shards(&self) -> &[Shard] {
+        &self.shards
+    }
+
+    /// Puts back a state that is not there yet.
+    pub fn restore(&mut self, state: State) {
+        self.shards[shard_of(state.key)].insert(state);
+    }
+
+    /// Bytes that the table may take.
+    pub fn memory(&self) -> usize {
+        self.memory
+    }
+
     pub fn get(&self, key: StateKey) -> Option<&State> {
         self.shards[shard_of(key)].get(key)
     }

@@ -8,20 +8,26 @@
 mod direction;
 mod distribution;
 mod field;
+pub mod file;
 pub mod learner;
 pub mod qtable;
 pub mod recorder;
 mod refine;
 pub mod sdtree;
 pub mod states;
+mod stored;
 pub mod strata;
+mod survey;
 pub mod tree;
+mod view;
 
 pub use direction::PackedDirection;
 pub use distribution::GuidingDistribution;
 pub use field::{Field, Summary};
 pub use recorder::{Recorder, Transition};
 pub use states::StateKey;
+pub use survey::{Decade, Survey};
+pub use view::StateView;
 
 use crate::scene::description::{DirectionTable, GuidingMethod, GuidingSettings};
 use field::Use;
@@ -37,6 +43,8 @@ pub struct Guide {
     field: Field,
     learner: Learner,
     refinement: refine::Limits,
+    /// An iteration ended, and the next one has not begun to learn: only then do earlier visits fade.
+    ended: bool,
 }
 
 impl Guide {
@@ -63,7 +71,7 @@ impl Guide {
         let learner = Learner::new(table.clone(), states.oriented(), settings.rate, memory);
         let field = Field::empty(states.clone(), table, usage);
         let refinement = refine::Limits { visits: settings.refine_visits, difference: settings.refine_difference };
-        Some(Guide { states, field, learner, refinement })
+        Some(Guide { states, field, learner, refinement, ended: false })
     }
 
     /// The snapshot of this iteration.
@@ -73,6 +81,9 @@ impl Guide {
 
     /// Learns from what tiles recorded, in their order. The snapshot stays as it is.
     pub fn learn(&mut self, recorders: &[&Recorder]) {
+        if std::mem::take(&mut self.ended) {
+            self.learner.fade();
+        }
         self.learner.fold(recorders);
     }
 
@@ -88,7 +99,7 @@ impl Guide {
         }
         self.learner.refine_actions();
         self.refresh();
-        self.learner.fade();
+        self.ended = true;
     }
 
     /// States that were ever met.

@@ -4,9 +4,10 @@ use super::states::StateKey;
 use super::tree::Cells;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 /// A state-action pair: the estimate of incident radiance (luminance), and the weight of the visits behind it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
     pub q: f32,
     pub visits: f32,
@@ -25,14 +26,14 @@ impl Entry {
 }
 
 /// Values by action.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Actions {
     Strata(Vec<Entry>),
     Tree(Cells),
 }
 
 /// What is known of one state.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     pub key: StateKey,
     /// The normal of the first visit; the table of an oriented state is held in the frame about it.
@@ -48,7 +49,7 @@ pub struct State {
 
 /// Moments of the one-sample estimate of a state's irradiance over π, that is of target·f·cosθ/p with the BSDF's albedo
 /// divided out, and the rays it took. Roulette and splitting go by them.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Returns {
     pub weight: f32,
     pub mean: f32,
@@ -57,7 +58,7 @@ pub struct Returns {
 }
 
 /// Logit of the share of directions left to the BSDF, and the moments of its gradient (Kingma & Ba 2015).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Fraction {
     pub logit: f32,
     pub first: f32,

@@ -7,6 +7,7 @@ use super::qtable::Entry;
 use super::strata::mean_cosine;
 use crate::math::warp;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 use std::f32::consts::TAU;
 
 /// Cells along the side of a node.
@@ -30,7 +31,7 @@ pub struct Node {
 }
 
 /// What the learner keeps of a state's directions: the cells of all nodes, and which node cuts each (0 for none).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cells {
     pub entries: Vec<Entry>,
     children: Vec<u16>,
@@ -255,6 +256,39 @@ impl Cells {
             }
         }
         None
+    }
+
+    /// The estimate for a direction in the state's frame, as sampling sees it; `None` below the horizon.
+    pub fn estimate(&self, local: Vec3) -> Option<f32> {
+        let [x, y] = coordinates(local)?;
+        let (mut node, mut prior) = (0, 0.0);
+        for depth in 1..=DEPTH {
+            prior = self.mean(node).unwrap_or(prior);
+            let k = cell_at(x, y, depth);
+            match self.child(node, k) {
+                Some(child) => node = child,
+                None => return Some(self.entries[node * FAN + k].shrunk(prior)),
+            }
+        }
+        None
+    }
+
+    /// Whether the nodes form one tree, in the order in which [`TreeShape::refine`] makes them, and no deeper than there
+    /// are cells: what all else relies on, and a file need not hold.
+    pub fn is_sound(&self) -> bool {
+        let nodes = self.nodes();
+        let shaped = nodes >= 1 && self.children.len() == nodes * FAN && self.entries.len() == nodes * FAN;
+        let mut next = 1;
+        shaped && self.is_sound_below(0, 1, &mut next) && next == nodes
+    }
+
+    /// `next` is the node that comes next in the tree's order.
+    fn is_sound_below(&self, node: usize, depth: usize, next: &mut usize) -> bool {
+        (0..FAN).filter_map(|k| self.child(node, k)).all(|child| {
+            let sound = child == *next && child < self.nodes() && depth < DEPTH;
+            *next += 1;
+            sound && self.is_sound_below(child, depth + 1, next)
+        })
     }
 
     /// Mean over the cells of a node that were visited, cut ones by theirs.

@@ -6,7 +6,7 @@ use super::mixture::{DirectionSample, Mixture};
 use super::roulette::{Efficiency, MAX_SURVIVAL};
 use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, Hit, Ray};
-use crate::film::tile::{Features, TileSamples};
+use crate::film::tile::{Features, Tile, TileSamples};
 use crate::geometry::SurfaceInteraction;
 use crate::guiding::{Field, PackedDirection, Recorder, StateKey, Summary};
 use crate::math::{Rgb, luminance, rng::Rng};
@@ -64,13 +64,42 @@ impl PathIntegrator<'_> {
             jitter: [0.5; 2],
         };
         walk.generate();
-        walk.advance();
+        walk.advance(1);
         let recorder = walk.record();
         let mut result = walk.gather();
         result.counters.transitions = recorder.as_ref().map_or(0, |r| r.len() as u64);
         result.recorder = recorder;
         result.counters.total = start.elapsed();
         result
+    }
+}
+
+/// A ray that does not come from the camera.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    pub ray: Ray,
+    /// Density of its direction per steradian, against which emission that it meets is weighed; `None`: weight 1.
+    pub pdf: Option<f32>,
+    pub rng: Rng,
+}
+
+impl PathIntegrator<'_> {
+    /// One sample of the radiance that arrives along each ray, as the second segment of a path would bring it. The
+    /// guide is not to learn from it.
+    pub fn radiance(&self, starts: &[Start], batch: &mut Batch) -> Vec<Rgb> {
+        let tile = Tile { x: 0, y: 0, width: starts.len() as u32, height: 1 };
+        let task = Task { tile, first_sample: 0, samples: 1 };
+        batch.wave.clear();
+        batch.radiance.clear();
+        batch.radiance.resize(starts.len(), Rgb::ZERO);
+        for (slot, &Start { ray, pdf, rng }) in (0..).zip(starts) {
+            batch.wave.rays.push(&ray);
+            batch.wave.paths.push(Continuation { slot, throughput: Rgb::ONE, rng, pdf, analog: 1.0, arrival: None });
+        }
+        let counters = Counters::default();
+        let mut walk = Walk { integrator: self, task: &task, batch, counters, learn: false, jitter: [0.5; 2] };
+        walk.advance(2);
+        walk.batch.radiance.clone()
     }
 }
 
@@ -111,8 +140,8 @@ impl<'a> Walk<'a, '_> {
     }
 
     /// All bounces of all paths: intersect, shade, shadow rays, and then the rays with which they go on.
-    fn advance(&mut self) {
-        let mut depth = 1;
+    fn advance(&mut self, first_depth: usize) {
+        let mut depth = first_depth;
         let mut jitter = self.jitter_numbers();
         while !self.batch.wave.rays.is_empty() {
             if self.integrator.guide.is_some_and(|g| g.settings.jitter) {

@@ -5,6 +5,7 @@ mod schedule;
 
 use crate::film::accumulate::{Estimate, FEATURE_SAMPLES, Film};
 use crate::guiding::Guide;
+use crate::guiding::file::Trained;
 use crate::integrator::path::GuideUse;
 use crate::integrator::{Batch, BatchResult, Counters, Efficiency, PathIntegrator, Task};
 use crate::scene::Scene;
@@ -55,11 +56,27 @@ pub struct Rendering {
     pub samples: u32,
     pub seconds: f64,
     pub guide: Option<Guide>,
+    /// Camera paths of the last iteration from which the guide learnt.
+    pub learnt_paths: u64,
+}
+
+/// The guide before and after a render.
+#[derive(Default)]
+pub struct Keeping {
+    /// What to begin with; `None` begins with nothing.
+    pub from: Option<Trained>,
+    /// The guide will be used again: the last iteration too is learnt from.
+    pub keep: bool,
 }
 
 /// Renders until the budget of samples or of time is used, or the observer has seen enough.
 pub fn render(scene: &Scene, settings: &Settings, observer: Observer) -> Rendering {
-    let mut driver = Driver::new(scene, settings);
+    render_keeping(scene, settings, Keeping::default(), observer)
+}
+
+/// As [`render`], with a guide that was learnt before, or will be used after.
+pub fn render_keeping(scene: &Scene, settings: &Settings, keeping: Keeping, observer: Observer) -> Rendering {
+    let mut driver = Driver::new(scene, settings, keeping);
     driver.run(observer);
     Rendering {
         estimate: driver.film.develop(),
@@ -67,8 +84,12 @@ pub fn render(scene: &Scene, settings: &Settings, observer: Observer) -> Renderi
         samples: driver.samples,
         seconds: driver.start.elapsed().as_secs_f64(),
         guide: driver.guide,
+        learnt_paths: driver.learnt_paths,
     }
 }
+
+/// Samples per pixel that an iteration plans at most.
+const LONGEST: u32 = 1 << 30;
 
 struct Driver<'a> {
     scene: &'a Scene,
@@ -76,6 +97,9 @@ struct Driver<'a> {
     tiling: Tiling,
     film: Film,
     guide: Option<Guide>,
+    keep: bool,
+    learnt_paths: u64,
+    seed: u64,
     efficiency: Option<Efficiency>,
     iterations: Vec<IterationReport>,
     samples: u32,
@@ -84,15 +108,20 @@ struct Driver<'a> {
 }
 
 impl<'a> Driver<'a> {
-    fn new(scene: &'a Scene, settings: &'a Settings) -> Driver<'a> {
+    fn new(scene: &'a Scene, settings: &'a Settings, Keeping { from, keep }: Keeping) -> Driver<'a> {
         let start = Instant::now();
+        let (learnt_paths, salt) = from.as_ref().map_or((0, 0), |trained| (trained.paths, trained.salt));
+        let from = from.map(|trained| trained.guide);
         let (width, height) = (scene.camera.width, scene.camera.height);
         Driver {
             scene,
             settings,
             tiling: Tiling::new(width, height),
             film: Film::new(width, height, settings.render.combine),
-            guide: Guide::new(&settings.guiding, scene.bounds()),
+            guide: from.or_else(|| Guide::new(&settings.guiding, scene.bounds())),
+            keep,
+            learnt_paths,
+            seed: settings.render.seed ^ salt,
             efficiency: None,
             iterations: Vec::new(),
             samples: 0,
@@ -102,19 +131,19 @@ impl<'a> Driver<'a> {
     }
 
     fn run(&mut self, observer: Observer) {
-        let mut planned = 1;
+        // With a guide from before, iterations go on where those ended: after one of its length, the old is half forgotten.
+        let pixels = self.scene.camera.width as u64 * self.scene.camera.height as u64;
+        let mut planned = (self.learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST as u64) as u32;
         loop {
             let left = self.samples_left();
             if left == 0 {
                 return;
             }
             let samples = iteration_samples(planned, left);
-            // What nothing will be drawn from need not be learnt.
-            let learn = samples < left;
-            if !self.iterate(samples, learn, observer) {
+            if !self.iterate(samples, samples == left, observer) {
                 return;
             }
-            planned *= 2;
+            planned = (2 * planned).min(LONGEST);
         }
     }
 
@@ -133,8 +162,10 @@ impl<'a> Driver<'a> {
     }
 
     /// One iteration with one frozen guide; `false` where rendering is over.
-    fn iterate(&mut self, samples: u32, learn: bool, observer: Observer) -> bool {
+    fn iterate(&mut self, samples: u32, last: bool, observer: Observer) -> bool {
         let start = Instant::now();
+        // What nothing will be drawn from need not be learnt.
+        let learn = !last || self.keep;
         let mut report = IterationReport {
             samples: 0,
             seconds: 0.0,
@@ -143,7 +174,7 @@ impl<'a> Driver<'a> {
             usable_states: self.guide.as_ref().map_or(0, |g| g.field().len()),
         };
         // Under a time limit the last iteration ends with the time, not with an estimated count.
-        let open_ended = self.settings.render.time.is_some() && !learn;
+        let open_ended = self.settings.render.time.is_some() && last;
         let target = if open_ended { self.settings.render.spp - self.samples } else { samples };
         let mut go_on = true;
         while report.samples < target && go_on {
@@ -152,8 +183,11 @@ impl<'a> Driver<'a> {
             report.samples += pass;
             go_on = observer(&self.progress()) && !self.time_is_up(pass);
         }
-        if let Some(guide) = self.guide.as_mut().filter(|_| learn && go_on) {
-            report.learn_seconds += timed(|| guide.end_iteration()).as_secs_f64();
+        if let Some(guide) = self.guide.as_mut().filter(|_| learn && (go_on || self.keep)) {
+            // An iteration that was cut short says too little of where states are to be refined or dropped.
+            let end = if report.samples >= samples / 2 { Guide::end_iteration } else { Guide::refresh };
+            report.learn_seconds += timed(|| end(guide)).as_secs_f64();
+            self.learnt_paths = self.learnt_paths.max(report.counters.paths);
         }
         if self.guide.is_some() && go_on && self.settings.integrator.roulette == Roulette::Guided {
             self.efficiency = efficiency::efficiency(&self.film, &report.counters).or(self.efficiency.take());
@@ -201,7 +235,7 @@ impl<'a> Driver<'a> {
                 learn,
                 efficiency: self.efficiency.as_ref(),
             }),
-            seed: self.settings.render.seed,
+            seed: self.seed,
             features,
         };
         round.par_iter().map_init(Batch::new, |batch, task| integrator.render(task, batch)).collect()

@@ -69,10 +69,12 @@ impl Scene {
         let lights = lights(description, &meshes, &resolved, bounds, &mut warnings)?;
         let camera = description.camera.clone().unwrap_or_else(|| Camera::for_bounds(bounds.0, bounds.1));
         let film = &description.film;
+        let content_hash = content_hash(description, &meshes, &materials);
         let scene = Scene {
             camera: Camera::new(&camera, film.width, film.height, film.filter)?,
             geometry,
-            hash: hash(description, &meshes, &materials),
+            hash: hash(description, content_hash),
+            content_hash,
             meshes,
             materials: resolved,
             textures,
@@ -231,11 +233,18 @@ fn far_light(light: &LightDescription, warnings: &mut Vec<String>) -> Result<Lig
 }
 
 /// Over everything that decides what the picture shows; settings that only decide how fast it is found are left out.
-fn hash(description: &SceneDescription, meshes: &[Arc<Mesh>], materials: &[MaterialDescription]) -> u64 {
+fn hash(description: &SceneDescription, content: u64) -> u64 {
     let mut hasher = FxHasher::default();
     let film = &description.film;
     let text = format!("{:?} {}x{} {:?}", description.camera, film.width, film.height, film.filter);
     hasher.write(text.as_bytes());
+    hasher.write_u64(content);
+    hasher.finish()
+}
+
+/// Over what light does in the scene, whoever looks at it.
+fn content_hash(description: &SceneDescription, meshes: &[Arc<Mesh>], materials: &[MaterialDescription]) -> u64 {
+    let mut hasher = FxHasher::default();
     // Names of files are left out: a scene keeps its hash when its folder is moved.
     materials.iter().for_each(|m| hasher.write(file_names(format!("{m:?}")).as_bytes()));
     description.lights.iter().for_each(|l| hasher.write(file_names(format!("{l:?}")).as_bytes()));

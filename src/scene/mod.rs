@@ -31,6 +31,7 @@ pub struct Scene {
     lights: Lights,
     bounds: (Vec3, Vec3),
     hash: u64,
+    content_hash: u64,
     build_seconds: f64,
 }
 
@@ -82,6 +83,11 @@ impl Scene {
     /// Tells scenes apart: a hash over geometry, materials, lights and camera, in hexadecimal.
     pub fn hash_text(&self) -> String {
         format!("{:016x}", self.hash)
+    }
+
+    /// As [`Self::hash_text`], camera and film left out: the same for all views of one scene.
+    pub fn content_hash_text(&self) -> String {
+        format!("{:016x}", self.content_hash)
     }
 
     /// Seconds that building the acceleration structure took.

@@ -2,6 +2,7 @@
 
 mod commands;
 mod faults;
+mod guides;
 mod render;
 mod stopping;
 

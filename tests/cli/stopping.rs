@@ -45,10 +45,13 @@ fn ctrl_c_writes_the_picture_so_far() {
         let asked = Instant::now();
         assert_eq!(render.0.wait().unwrap().code(), Some(130));
         assert!(asked.elapsed() < Duration::from_secs(10), "{:?}", asked.elapsed());
-        assert_eq!(names(here.path()), ["a.exr", "a.json", "a.png"]);
+        assert_eq!(names(here.path()), ["a.exr", "a.guide", "a.json", "a.png"]);
         assert!(read_layers(&here.path().join("a.exr")).unwrap().channels["R"].iter().any(|&x| x > 0.0));
         let report: Value = serde_json::from_slice(&std::fs::read(here.path().join("a.json")).unwrap()).unwrap();
         assert_eq!(report["exit"], "interrupted");
+        let mut go_on = phototaxis(here.path());
+        let arguments = ["--spp", "1", "-q", "-o", "b.exr", "--guide-in", "a.guide"];
+        go_on.arg("render").arg(scene("cornell.toml")).args(TINY).args(arguments).assert().code(0);
     }
 }
 
@@ -59,7 +62,7 @@ impl LongRender {
     fn start(here: &Path) -> LongRender {
         let mut command = Command::new(assert_cmd::cargo::cargo_bin!("phototaxis"));
         command.current_dir(here).arg("render").arg(scene("cornell.toml")).args(TINY);
-        command.args(["--time", "300", "-q", "-o", "a.exr", "-o", "a.png", "--json", "a.json"]);
+        command.args(["--time", "300", "-q", "-o", "a.exr", "-o", "a.png", "--json", "a.json", "--guide-out", "a.guide"]);
         LongRender(command.spawn().unwrap())
     }
 

@@ -72,6 +72,25 @@ impl Adaptive {
         self.levels[self.coarse_of(key)] == level(key)
     }
 
+    /// Whether a key names a state of a size that there now is.
+    pub fn holds(&self, key: StateKey) -> bool {
+        level(key) <= self.max_level && self.current(key)
+    }
+
+    /// How often each coarse cell was halved.
+    pub fn levels(&self) -> &[u8] {
+        &self.levels
+    }
+
+    /// Takes over how often each coarse cell was halved; `false` where the cells are not these.
+    pub fn set_levels(&mut self, levels: Vec<u8>) -> bool {
+        let fits = levels.len() == self.levels.len() && levels.iter().all(|&level| level <= self.max_level);
+        if fits {
+            self.levels = levels;
+        }
+        fits
+    }
+
     pub fn bytes(&self) -> usize {
         self.levels.len()
     }

@@ -8,9 +8,10 @@ pub use grid::Grid;
 
 use crate::geometry::Frame;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// Names a state; it is the same whoever asks, so a state needs no table to be known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct StateKey(pub u64);
 
 /// The ways of telling states apart.
@@ -37,6 +38,14 @@ impl States {
         match self {
             States::Grid(grid) => grid.oriented(),
             States::Adaptive(_) => true,
+        }
+    }
+
+    /// Whether a key, perhaps from a file, can name a state.
+    pub fn holds(&self, key: StateKey) -> bool {
+        match self {
+            States::Grid(_) => key.0 >> (3 * POSITION_BITS + NORMAL_BITS) == 0,
+            States::Adaptive(adaptive) => adaptive.holds(key),
         }
     }
 

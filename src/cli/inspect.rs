@@ -1,0 +1,259 @@
+//! `phototaxis inspect`: what the guide knows of the place behind a pixel, and how large it is.
+
+use super::output::{check_writable, write_json};
+use super::render::{Method, stop_flag, trained, warn, watched};
+use crate::film::exr::{self, Metadata, Window};
+use crate::film::image::{Image, Layer};
+use crate::film::png;
+use crate::guiding::file::Trained;
+use crate::guiding::{Guide, Survey};
+use crate::inspect::picture::{Chart, side_by_side};
+use crate::inspect::{Comparison, Layers, Radiance, Seen};
+use crate::render::Keeping;
+use crate::scene::description::{GuidingMethod, SceneDescription};
+use crate::scene::{Scene, file};
+use anyhow::{Context as _, Result, bail};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+
+/// Version of the JSON's shape; a change that breaks readers raises it.
+const SCHEMA: u32 = 1;
+
+/// Share of the traced directions that are darker than what is shown white.
+const WHITE: f64 = 0.995;
+
+#[derive(Args)]
+pub struct InspectArguments {
+    /// Scene file (.toml), interchange scene (.json) or model (.obj).
+    scene: PathBuf,
+    /// Pixel, counted from the upper left, from 0.
+    #[arg(long, value_name = "X,Y", value_parser = pixel)]
+    pixel: (u32, u32),
+    /// Folder for the pictures; it is made if it is missing.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Guide to look at, of `render --guide-out`. Without it, one is trained by rendering.
+    #[arg(long, value_name = "FILE")]
+    guide_in: Option<PathBuf>,
+    /// Samples per pixel to train with. [default: the scene file's, else 64]
+    #[arg(long, value_name = "N", conflicts_with = "guide_in", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Paths that are traced for each of the 64 × 64 directions of the truth.
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..=65536))]
+    truth_samples: u32,
+    /// The guide: what learns where light comes from. [default: the scene file's, else adaptive]
+    #[arg(long, value_name = "METHOD")]
+    guide: Option<Method>,
+    /// Seed of the random numbers. [default: the scene file's, else 0]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Threads; 0 takes all of the machine's.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+    /// Overrides a key of the scene file, for example guiding.resolution=32; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Writes the figures as JSON; "-" is standard output, in place of the table.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Prints neither progress nor warnings.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// What `--json` writes.
+#[derive(Serialize)]
+struct Report {
+    schema: u32,
+    phototaxis: &'static str,
+    scene: String,
+    scene_hash: String,
+    pixel: (u32, u32),
+    /// Where the pixel's centre meets a surface, and its normal on the side of the viewer.
+    point: [f32; 3],
+    normal: [f32; 3],
+    state: State,
+    /// Learnt against traced.
+    radiance: Comparison,
+    guide: Survey,
+}
+
+#[derive(Serialize)]
+struct State {
+    /// In hexadecimal.
+    key: String,
+    /// Weight of the visits; 0 for a state that was never met.
+    visits: f32,
+    /// Whether it is known well enough to draw from.
+    usable: bool,
+}
+
+pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
+    super::set_threads(arguments.threads)?;
+    let (description, warnings) = file::load(&arguments.scene, &overrides(arguments))?;
+    if description.guiding.method == GuidingMethod::None {
+        bail!("there is no guide to look at: guiding.method is none");
+    }
+    let (scene, more_warnings) = Scene::load(&description, arguments.threads)?;
+    if !arguments.quiet {
+        warn(&[warnings, more_warnings].concat());
+    }
+    let seen = seen(&scene, arguments.pixel)?;
+    prepare(arguments)?;
+    let (guide, interrupted) = guide(arguments, &scene, &description)?;
+    let (samples, seed) = (arguments.truth_samples, description.render.seed);
+    let radiance = Radiance::new(&scene, &description.integrator, &guide, &seen, samples, seed);
+    let pictures = Pictures { folder: &arguments.output, scene: &scene, seed, samples };
+    pictures.radiance(&guide, &seen, &radiance)?;
+    pictures.states(&Layers::new(&scene, &guide))?;
+    let report = report(arguments, &scene, &guide, &seen, radiance.compare());
+    match &arguments.json {
+        Some(path) if path.as_os_str() == "-" => {}
+        _ => report.table().iter().try_for_each(|line| super::print(line))?,
+    }
+    arguments.json.iter().try_for_each(|path| write_json(path, &report))?;
+    Ok(if interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
+}
+
+fn overrides(arguments: &InspectArguments) -> Vec<String> {
+    let method = |m: Method| m.to_possible_value().expect("none is hidden").get_name().to_string();
+    let given = [
+        arguments.spp.map(|n| format!("render.spp={n}")),
+        arguments.seed.map(|n| format!("render.seed={n}")),
+        arguments.guide.map(|m| format!("guiding.method={}", method(m))),
+    ];
+    given.into_iter().flatten().chain(arguments.set.iter().cloned()).collect()
+}
+
+fn seen(scene: &Scene, (x, y): (u32, u32)) -> Result<Seen<'_>> {
+    let (width, height) = (scene.camera.width, scene.camera.height);
+    if x >= width || y >= height {
+        bail!("pixel {x},{y} is not in the picture: it has {width} × {height} pixels, counted from 0");
+    }
+    Seen::through(scene, x, y)
+        .with_context(|| format!("behind pixel {x},{y} there is no surface that a guide could help"))
+}
+
+/// Refuses, before anything is trained, what could not be written.
+fn prepare(arguments: &InspectArguments) -> Result<()> {
+    std::fs::create_dir_all(&arguments.output).with_context(|| arguments.output.display().to_string())?;
+    check_writable(&arguments.output.join("states.exr"))?;
+    arguments.json.iter().filter(|path| path.as_os_str() != "-").try_for_each(|path| check_writable(path))
+}
+
+/// The guide, and whether its training was interrupted.
+fn guide(arguments: &InspectArguments, scene: &Scene, description: &SceneDescription) -> Result<(Guide, bool)> {
+    if let Some(Trained { guide, .. }) = trained(arguments.guide_in.as_deref(), scene, description)? {
+        return Ok((guide, false));
+    }
+    let stop = stop_flag()?;
+    let keeping = Keeping { from: None, keep: true };
+    let rendering = watched(scene, description, keeping, arguments.quiet, &stop);
+    let guide = rendering.guide.context("there is no guide to look at")?;
+    Ok((guide, stop.load(Ordering::Relaxed)))
+}
+
+fn report(arguments: &InspectArguments, scene: &Scene, guide: &Guide, seen: &Seen, radiance: Comparison) -> Report {
+    let key = seen.state(guide);
+    Report {
+        schema: SCHEMA,
+        phototaxis: env!("CARGO_PKG_VERSION"),
+        scene: arguments.scene.display().to_string(),
+        scene_hash: scene.content_hash_text(),
+        pixel: arguments.pixel,
+        point: seen.si.p.into(),
+        normal: seen.normal().into(),
+        state: State {
+            key: format!("{:016x}", key.0),
+            visits: guide.visits(key).unwrap_or(0.0),
+            usable: guide.field().summary(key).is_some(),
+        },
+        radiance,
+        guide: guide.survey(),
+    }
+}
+
+impl Report {
+    fn table(&self) -> Vec<String> {
+        let [x, y, z] = self.point;
+        let State { key, visits, usable } = &self.state;
+        let usable = if *usable { "drawn from" } else { "not drawn from" };
+        let number = |value: Option<f64>| value.map_or("-".to_string(), |value| format!("{value:.3}"));
+        let (r, g) = (&self.radiance, &self.guide);
+        let line = |name: &str, value: String| format!("{name:28} {value}");
+        let mut lines = vec![
+            line("point", format!("{x:.4} {y:.4} {z:.4}")),
+            line("state", format!("{key}, {visits:.0} visits, {usable}")),
+            line("correlation with the truth", number(r.correlation)),
+            line(
+                "relative error",
+                format!("{} (noise of the truth: {})", number(r.relative_error), number(r.truth_noise)),
+            ),
+            line("irradiance, learnt", format!("{:.4e}", r.learnt_irradiance)),
+            line("irradiance, traced", format!("{:.4e}", r.traced_irradiance)),
+            line("states", g.states.to_string()),
+            line("bytes per state", format!("{:.0} ({} to {})", g.mean_bytes, g.min_bytes, g.max_bytes)),
+            line("nodes of trees", g.tree_nodes.to_string()),
+            line("bytes in all", format!("{} ({:.1} MiB)", g.bytes, g.bytes as f64 / (1 << 20) as f64)),
+            line("not met in last iteration", format!("{:.1} %", 100.0 * g.not_met_share)),
+            line("too little known to use", format!("{:.1} %", 100.0 * g.unusable_share)),
+        ];
+        let decade = |d: &crate::guiding::Decade| line(&format!("visits {} to {}", d.from, d.to), d.states.to_string());
+        lines.extend(g.visits.iter().map(decade));
+        lines
+    }
+}
+
+/// Where pictures go, and what their headers say.
+struct Pictures<'a> {
+    folder: &'a Path,
+    scene: &'a Scene,
+    seed: u64,
+    samples: u32,
+}
+
+impl Pictures<'_> {
+    /// Learnt beside traced, over the sphere and over the state's hemisphere.
+    fn radiance(&self, guide: &Guide, seen: &Seen, radiance: &Radiance) -> Result<()> {
+        let (view, normal) = (guide.view(seen.state(guide)), seen.normal());
+        let learnt = |w| view.as_ref()?.q(normal, w);
+        let traced = |w| radiance.traced(w);
+        let white = radiance.quantile(WHITE).max(f32::MIN_POSITIVE);
+        let charts = [
+            ("latlong", Chart::lat_long(learnt), Chart::lat_long(traced)),
+            ("hemisphere", Chart::disk(&radiance.frame, learnt), Chart::disk(&radiance.frame, traced)),
+        ];
+        for (name, learnt, traced) in &charts {
+            let layers =
+                [("learnt", learnt), ("traced", traced)].map(|(name, c)| Layer::scalar(name, "Y", c.or_zero()));
+            self.write(name, &side_by_side(learnt, traced, white), (learnt.width, learnt.height), layers.into())?;
+        }
+        Ok(())
+    }
+
+    /// Which state each pixel shows.
+    fn states(&self, layers: &Layers) -> Result<()> {
+        let image = layers.false_colours();
+        self.write("states", &image, (image.width, image.height), layers.channels())
+    }
+
+    fn write(&self, name: &str, image: &Image, (width, height): (usize, usize), layers: Vec<Layer>) -> Result<()> {
+        let path = self.folder.join(name);
+        let metadata = Metadata {
+            scene_hash: self.scene.hash_text(),
+            samples_per_pixel: self.samples,
+            seed: self.seed,
+            ..Metadata::default()
+        };
+        png::write(&path.with_extension("png"), image, 0.0)?;
+        Ok(exr::write(&path.with_extension("exr"), &Window::full(width, height), layers, &metadata)?)
+    }
+}
+
+fn pixel(text: &str) -> Result<(u32, u32), String> {
+    let parsed = text.split_once(',').and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)));
+    parsed.ok_or_else(|| "expected X,Y, for example 320,180".into())
+}

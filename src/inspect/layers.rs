@@ -1,0 +1,71 @@
+//! What the guide knows, pixel by pixel.
+
+use super::Seen;
+use crate::film::image::{Image, Layer};
+use crate::guiding::{Guide, StateKey};
+use crate::integrator::mixture::Mixture;
+use crate::math::{Rgb, rng::mix};
+use crate::scene::Scene;
+use rayon::prelude::*;
+
+/// Of each pixel, what the guide knows at the first surface behind its centre that is neither mirror nor glass.
+pub struct Layers {
+    width: usize,
+    height: usize,
+    pixels: Vec<Pixel>,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Pixel {
+    /// Share of directions that the guide draws.
+    fraction: f32,
+    visits: f32,
+    state: Option<StateKey>,
+}
+
+impl Layers {
+    pub fn new(scene: &Scene, guide: &Guide) -> Layers {
+        let (width, height) = (scene.camera.width, scene.camera.height);
+        let line = |y| (0..width).into_par_iter().map(move |x| Pixel::new(scene, guide, x, y));
+        let pixels = (0..height).into_par_iter().flat_map(line).collect();
+        Layers { width: width as usize, height: height as usize, pixels }
+    }
+
+    /// Layers of an EXR: `guide.fraction`, the share of directions drawn from the guide; `guide.visits`, the weight of
+    /// the visits behind it; `guide.state`, a number from 1 to 2²⁴ − 1 that tells states apart. All are 0 where the guide
+    /// knows nothing.
+    pub fn channels(&self) -> Vec<Layer> {
+        let layer = |name: &str, of: fn(&Pixel) -> f32| Layer::scalar(name, "Y", self.pixels.iter().map(of).collect());
+        vec![
+            layer("guide.fraction", |p| p.fraction),
+            layer("guide.visits", |p| p.visits),
+            layer("guide.state", |p| p.state.map_or(0, number) as f32),
+        ]
+    }
+
+    /// A colour for each state, at random; black where no state was met.
+    pub fn false_colours(&self) -> Image {
+        let data = self.pixels.iter().map(|p| p.state.map_or(Rgb::ZERO, colour)).collect();
+        Image { width: self.width, height: self.height, data }
+    }
+}
+
+impl Pixel {
+    fn new(scene: &Scene, guide: &Guide, x: u32, y: u32) -> Pixel {
+        let Some(seen) = Seen::through(scene, x, y) else { return Pixel::default() };
+        let key = seen.state(guide);
+        let Some(visits) = guide.visits(key) else { return Pixel::default() };
+        let known = guide.field().summary(key).filter(|_| Mixture::guides(&seen.bsdf));
+        Pixel { fraction: known.map_or(0.0, |summary| 1.0 - summary.bsdf_fraction), visits, state: Some(key) }
+    }
+}
+
+/// 24 bits, which an `f32` holds exactly.
+fn number(key: StateKey) -> u32 {
+    ((mix(key.0) >> 40) as u32).max(1)
+}
+
+fn colour(key: StateKey) -> Rgb {
+    let byte = |k: u32| ((number(key) >> (8 * k)) & 0xff) as f32 / 255.0;
+    Rgb::new(byte(0), byte(1), byte(2)) * 0.9 + 0.05
+}

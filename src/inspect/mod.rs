@@ -1,0 +1,61 @@
+//! Looking at a guide: what it knows of the place behind a pixel, held against what is traced there.
+
+pub mod layers;
+pub mod picture;
+pub mod radiance;
+
+pub use layers::Layers;
+pub use radiance::{Comparison, Radiance};
+
+use crate::bsdf::Bsdf;
+use crate::embree::{Coherence, HitBatch, Ray};
+use crate::geometry::SurfaceInteraction;
+use crate::guiding::{Guide, StateKey};
+use crate::math::rng::Rng;
+use crate::scene::Scene;
+use glam::Vec3;
+
+/// Mirrors and panes through which a pixel is followed at most.
+const MAX_SEGMENTS: u32 = 32;
+
+/// The first surface behind a pixel's centre that a guide can help: one that does not only reflect like a mirror or
+/// refract like glass.
+pub struct Seen<'s> {
+    pub si: SurfaceInteraction,
+    pub bsdf: Bsdf<'s>,
+    /// Unit, in world space, to where the path came from.
+    pub wo: Vec3,
+}
+
+impl<'s> Seen<'s> {
+    /// What the centre of pixel `(x, y)` shows, counted from the upper left; mirrors and glass are followed, which of the
+    /// two ways at glass by fixed random numbers. `None` where there is nothing, or no such surface.
+    pub fn through(scene: &'s Scene, x: u32, y: u32) -> Option<Seen<'s>> {
+        let mut rng = Rng::for_path(0, y * scene.camera.width + x, 0);
+        let mut ray = scene.camera.ray(x, y, [0.5; 2]);
+        for _ in 0..MAX_SEGMENTS {
+            let mut rays: HitBatch = HitBatch::with_capacity(1);
+            rays.push(&ray);
+            rays.trace(scene.geometry(), Coherence::Coherent);
+            let wo = -ray.dir;
+            let si = scene.interaction(&rays.hit(0)?, wo);
+            let bsdf = scene.bsdf(&si);
+            if bsdf.has_smooth() {
+                return Some(Seen { si, bsdf, wo });
+            }
+            let dir = si.frame.to_world(bsdf.sample(si.frame.to_local(wo), rng.f32(), rng.f32x2())?.wi);
+            ray = Ray { org: si.spawn(dir), dir, tfar: f32::INFINITY };
+        }
+        None
+    }
+
+    /// Shading normal on the side of the path.
+    pub fn normal(&self) -> Vec3 {
+        self.si.facing(self.wo)
+    }
+
+    /// The guide's state there, without jitter.
+    pub fn state(&self, guide: &Guide) -> StateKey {
+        guide.field().state(self.si.p, self.normal(), [0.5; 2])
+    }
+}
