@@ -65,6 +65,9 @@ enum Method {
     Adaptive,
     /// Learns in the cells of a uniform grid
     Grid,
+    /// Learns in a spatial tree from whole paths (Practical Path Guiding)
+    #[value(name = "sdtree")]
+    SdTree,
 }
 
 pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {

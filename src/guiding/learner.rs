@@ -210,7 +210,8 @@ pub fn in_table(domain: Domain, normal: Vec3, w: Vec3) -> Vec3 {
 }
 
 impl Returns {
-    fn add(&mut self, transition: &Transition) {
+    /// Counts a transition in.
+    pub(super) fn add(&mut self, transition: &Transition) {
         if transition.scattered == 0.0 {
             return;
         }

@@ -153,7 +153,7 @@ impl<'a> Driver<'a> {
             go_on = observer(&self.progress()) && !self.time_is_up(pass);
         }
         if let Some(guide) = self.guide.as_mut().filter(|_| learn && go_on) {
-            report.learn_seconds += timed(|| guide.end_iteration()).as_secs_f64();
+            report.learn_seconds += timed(|| guide.end_iteration(report.samples)).as_secs_f64();
         }
         self.film.end_iteration();
         if self.guide.is_some() && go_on && self.settings.integrator.roulette == Roulette::Guided {
