@@ -13,6 +13,7 @@ pub mod recorder;
 pub mod state;
 #[cfg(test)]
 mod tests;
+pub mod voronoi;
 
 pub use field::{Field, GuidingDistribution};
 pub use recorder::{Recorder, Transition};

@@ -13,8 +13,8 @@ pub struct StateKey(pub u64);
 /// Bits for each coordinate of a cell.
 const POSITION_BITS: u32 = 17;
 /// Each face of the normals' cube is cut into `FACE`² bins; an odd number keeps an axis at a bin's centre.
-const FACE: i32 = 3;
-const NORMALS: usize = 6 * (FACE * FACE) as usize;
+pub(super) const FACE: i32 = 3;
+pub(super) const NORMALS: usize = 6 * (FACE * FACE) as usize;
 
 /// The uniform grid.
 #[derive(Clone, Debug)]
@@ -67,7 +67,7 @@ impl Grid {
 
 /// The face of the cube that `n` points through, and the part of that face.
 #[inline]
-fn normal_bin(n: Vec3) -> usize {
+pub(super) fn normal_bin(n: Vec3) -> usize {
     let a = n.abs();
     let (face, major, x, y) = if a.x >= a.y && a.x >= a.z {
         (if n.x < 0.0 { 1 } else { 0 }, a.x, n.y, n.z)
@@ -81,7 +81,7 @@ fn normal_bin(n: Vec3) -> usize {
 }
 
 /// Unit vector through the centre of a bin.
-fn bin_normal(bin: usize) -> Vec3 {
+pub(super) fn bin_normal(bin: usize) -> Vec3 {
     let (face, x, y) = (bin as i32 / (FACE * FACE), bin as i32 / FACE % FACE, bin as i32 % FACE);
     let centre = |i: i32| (2 * i + 1) as f32 / FACE as f32 - 1.0;
     let (x, y, sign) = (centre(x), centre(y), if face % 2 == 0 { 1.0 } else { -1.0 });
