@@ -122,7 +122,7 @@ fn where_no_normal_agrees_the_nearest_site_answers() {
     let mut rng = Rng::new(7);
     let mut site = || Site { p: point(&mut rng, 0.0, 1.0) * Vec3::new(1.0, 0.0, 1.0), n: Vec3::Y };
     let sites = (0..200).map(|_| site()).collect();
-    let samples: Vec<_> = (0..500).map(|_| (point(&mut rng, 0.0, 1.0), -Vec3::Y)).collect();
+    let samples: Vec<_> = (0..500).map(|_| (point(&mut rng, 0.0, 1.0) * Vec3::new(1.0, 0.01, 1.0), -Vec3::Y)).collect();
     let voronoi = Voronoi::new(sites, &samples).unwrap();
     assert!(voronoi.prepared(&samples) > 0.9);
     for (p, n) in samples {
@@ -204,30 +204,34 @@ fn the_same_input_gives_the_same_states() {
     assert_ne!(by_area(1), by_area(2));
 }
 
-/// Sites per part, of each side: an uneven triangulation of the unit square, two-sided, and its areas.
-fn counts_by_area(n: usize) -> (Vec<u64>, Vec<f64>) {
+/// The unit square, two-sided, in uneven strips.
+fn strips() -> Vec<Facet> {
     let corners = [0.0, 0.01, 0.1, 0.4, 1.0];
-    let strips =
-        corners.windows(2).flat_map(|x| quad(Vec3::new(x[0], 0.0, 0.0), Vec3::X * (x[1] - x[0]), Vec3::Y, true));
-    let strips: Vec<Facet> = strips.collect();
+    let strip = |x: &[f32]| quad(Vec3::X * x[0], Vec3::X * (x[1] - x[0]), Vec3::Y, true);
+    corners.windows(2).flat_map(strip).collect()
+}
+
+/// How many lie in each of 8 × 8 equal parts of the unit square, on each side.
+fn counts(sites: &[Site]) -> Vec<u64> {
     let mut counts = vec![0; 128];
-    for site in sites_by_area(strips.iter().copied(), n, 11) {
+    for site in sites {
         let cell = |v: f32| ((v * 8.0) as usize).min(7);
         counts[cell(site.p.x) * 8 + cell(site.p.y) + if site.n.z < 0.0 { 64 } else { 0 }] += 1;
     }
-    (counts, vec![1.0 / 128.0; 128])
+    counts
 }
 
 #[test]
 fn sites_by_area_are_uniform_in_area() {
-    let (counts, pmf) = counts_by_area(100_000);
-    let report = chi2_discrete(&counts, &pmf);
+    let n = 50_000;
+    let sites = counts(&sites_by_area(strips().into_iter(), n, 11));
+    let report = chi2_discrete(&sites, &[1.0 / 128.0; 128]);
     assert!(report.passes(LEVEL), "{report}");
-    // better than independent points: no cell is off by more than a few sites
-    assert!(counts.iter().all(|c| c.abs_diff(100_000 / 128) < 20), "{counts:?}");
-    // the same counts are not those of a square that is two percent denser on one side
-    let uneven: Vec<f64> = (0..128).map(|i| if i < 32 { 1.08 } else { (128.0 - 32.0 * 1.08) / 96.0 } / 128.0).collect();
-    assert!(chi2_discrete(&counts, &uneven).p_value < LEVEL);
+    // better than independent points, of which each part's number would be off by 20 in the mean
+    assert!(sites.iter().all(|c| c.abs_diff(n as u64 / 128) < 20), "{sites:?}");
+    // as many sites in each triangle, whatever its area, are not uniform
+    let by_facet: Vec<Site> = strips().into_iter().flat_map(|f| sites_by_area([f].into_iter(), n / 8, 11)).collect();
+    assert!(chi2_discrete(&counts(&by_facet), &[1.0 / 128.0; 128]).p_value < LEVEL);
 }
 
 #[test]
