@@ -1,13 +1,15 @@
 //! Boxes near the surface that know their few sites.
 //!
-//! The space about the sites is cut into *regions*, each into cubic *cells* of about the spacing of the sites there. A
-//! cell, together with a bin of query normals, lists every site that is the answer for some point and normal of it: a
-//! superset, so the nearest of the list is the nearest of all. Lists are found with the tree: the nearest site t that
-//! agrees with all normals of the bin bounds how far an answer can be, and a site that is farther than t from all
-//! corners of the box is farther from all points of it, as the difference of squared distances is linear.
+//! The space about the sites is cut into coarse *regions*, each of which tells how the sites there are spaced. Look-ups
+//! from a region use cubic *cells* of about that size. A cell, together with a bin of query normals, lists every site
+//! that is the answer for some point and normal of it: a superset, so the nearest of the list is the nearest of all.
+//! Lists are found with the tree: the nearest site t that agrees with all normals of the bin bounds how far an answer
+//! can be, and a site that is farther than t from all corners of the box is farther from all points of it, as the
+//! difference of squared distances is linear.
 
 use super::agreement::{Bin, Bins, agree, bin};
 use super::kdtree::Tree;
+use crate::geometry::Frame;
 use crate::math::rng::mix;
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;
@@ -21,17 +23,17 @@ pub const MAX_SITES: usize = 1 << 28;
 const CELL: f32 = 0.6;
 
 /// Cells that are prepared per site at most: those that samples and the surroundings of sites meet most.
-const CELLS_PER_SITE: usize = 10;
+const CELLS_PER_SITE: usize = 8;
 
-/// Slots per cell: probes stay short.
-const SLOTS_PER_CELL: f64 = 1.6;
+/// Slots per two cells: room for short probes, yet little memory, as waiting for it is what a look-up does most.
+const SLOTS_PER_PAIR: usize = 3;
 
 /// Bytes that a site adds at most, long lists and regions included.
 pub const BYTES_PER_SITE: usize =
-    CELLS_PER_SITE * size_of::<Slot>() * 16 / 10 + 4 * LONG_PER_SITE + 4 * size_of::<Region>();
+    CELLS_PER_SITE * SLOTS_PER_PAIR * size_of::<Slot>() / 2 + 4 * LONG_PER_SITE + 4 * size_of::<Region>();
 
 /// Numbers in long lists per site at most.
-const LONG_PER_SITE: usize = 16;
+const LONG_PER_SITE: usize = 8;
 
 /// Candidates that a slot holds itself.
 const SHORT: usize = 6;
@@ -48,15 +50,15 @@ pub struct Cells {
     long: Vec<u32>,
 }
 
-/// Spacing of the sites in a region.
+/// How the sites of a region are spaced.
 #[derive(Clone, Copy, Debug)]
 struct Region {
     spacing: f32,
-    /// Cells along its side.
-    cells: f32,
+    /// Cells per unit of length, one of few numbers: regions that are alike share cells.
+    scale: f32,
 }
 
-/// Half a cache line. `head` is the cell's key; in the low bits the number of candidates, and two flags.
+/// Half a cache line. `head` is a cell's key; below it the number of candidates, and a flag.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 struct Slot {
@@ -64,28 +66,38 @@ struct Slot {
     candidates: [u32; SHORT],
 }
 
-/// Low bits of a head.
+/// Low bits of a head: how many candidates there are.
 const COUNT: u64 = 7;
-/// The list may hold sites whose normals do not agree.
-const MIXED: u64 = 8;
 /// In place of the count: the candidates lie in `long`, `candidates` says where and how many.
 const LONG: u64 = 7;
-const LOW_BITS: u32 = 4;
+/// The list may hold sites whose normals do not agree.
+const MIXED: u64 = 8;
+const FLAGS: u32 = 4;
 const EMPTY: Slot = Slot { head: u64::MAX, candidates: [0; SHORT] };
 
 const BIN_BITS: u32 = 6;
-/// Bits of a cell's coordinate within its region.
-const CELL_BITS: u32 = 10;
+/// Bits of a cell's coordinate.
+const CELL_BITS: u32 = 14;
+/// Low bits of a scale that are zero: its exponent and one bit more are left.
+const SCALE_BITS: u32 = 22;
 
 impl Cells {
-    /// The site of `p` and `n`, where the cell is prepared.
+    /// Where `jitter` moves `p` along the plane about `n`, and the scale of its cells.
     #[inline]
-    pub fn find(&self, tree: &Tree, p: Vec3, n: Vec3) -> Option<u32> {
-        let key = self.key(p, bin(n))?;
+    pub fn moved(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> (Vec3, f32) {
+        let Region { spacing, scale } = self.regions[self.region(p)];
+        let frame = Frame::from_normal(n);
+        (p + (frame.s * (jitter[0] - 0.5) + frame.t * (jitter[1] - 0.5)) * spacing, scale)
+    }
+
+    /// The site of `p` and `n`, where the cell of that scale is prepared.
+    #[inline]
+    pub fn find(&self, tree: &Tree, (p, scale): (Vec3, f32), n: Vec3) -> Option<u32> {
+        let key = self.key(p, scale, bin(n))?;
         let mut at = self.home(key);
         loop {
             let slot = &self.slots[at];
-            if slot.head >> LOW_BITS == key {
+            if slot.head >> FLAGS == key {
                 return Some(self.nearest(tree, slot, p, n));
             }
             if slot.head == EMPTY.head {
@@ -95,50 +107,43 @@ impl Cells {
         }
     }
 
-    /// Spacing of the sites around `p`.
-    #[inline]
-    pub fn spacing(&self, p: Vec3) -> f32 {
-        let c = ((p - self.origin) * self.regions_per_unit).max(Vec3::ZERO).as_uvec3().min(self.dims - 1);
-        self.regions[self.region(c)].spacing
-    }
-
     #[inline]
     fn nearest(&self, tree: &Tree, slot: &Slot, p: Vec3, n: Vec3) -> u32 {
+        // squared distances are not negative, so they are ordered as their bits are; equal ones go by the site
+        let rank = |site: u32| (tree.distance2(site, p).to_bits() as u64) << 32 | site as u64;
         let candidates = match slot.head & COUNT {
             LONG => &self.long[slot.candidates[0] as usize..][..slot.candidates[1] as usize],
             count => &slot.candidates[..count as usize],
         };
-        let mixed = slot.head & MIXED != 0;
-        // candidates ascend: the first of equally near ones stays
-        let mut best = (candidates[0], f32::INFINITY);
-        for &site in candidates {
-            let d2 = tree.distance2(site, p);
-            if d2 < best.1 && (!mixed || agree(n, tree.normals()[site as usize])) {
-                best = (site, d2);
-            }
+        if slot.head & MIXED == 0 {
+            return candidates.iter().fold(u64::MAX, |least, site| least.min(rank(*site))) as u32;
         }
-        best.0
+        let agrees = |site: &u32| agree(n, tree.normals()[*site as usize]);
+        let nearest = candidates.iter().copied().filter(agrees).map(rank).min();
+        // only what is not a number agrees with nobody
+        nearest.map_or(candidates[0], |rank| rank as u32)
     }
 
-    /// The cell of a point and a bin; `None` outside of the regions and for what is not a number.
+    /// The cell of a point and a bin; `None` far outside.
     #[inline]
-    fn key(&self, p: Vec3, bin: usize) -> Option<u64> {
-        let at = (p - self.origin) * self.regions_per_unit;
-        let c = at.as_uvec3();
-        if !(at.min_element() >= 0.0 && c.cmplt(self.dims).all()) {
+    fn key(&self, p: Vec3, scale: f32, bin: usize) -> Option<u64> {
+        let [x, y, z] = ((p - self.origin) * scale).to_array().map(whole);
+        if (x | y | z) >> CELL_BITS != 0 {
             return None;
         }
-        let region = self.region(c);
-        let cells = self.regions[region].cells;
-        // the product may round up to the number of cells: `cell_box` reckons with that much error
-        let k = ((at - c.as_vec3()) * cells).min(Vec3::splat(cells - 1.0)).as_uvec3();
-        let cell = (k.x | k.y << CELL_BITS | k.z << (2 * CELL_BITS)) as u64;
-        Some((region as u64) << (3 * CELL_BITS + BIN_BITS) | cell << BIN_BITS | bin as u64)
+        let [x, y, z] = [x, y, z].map(u64::from);
+        let cell = x | y << CELL_BITS | z << (2 * CELL_BITS);
+        let scale = (scale.to_bits() >> SCALE_BITS) as u64;
+        Some((scale << (3 * CELL_BITS) | cell) << BIN_BITS | bin as u64)
     }
 
+    /// The region of `p`, or the one next to it outside.
     #[inline]
-    fn region(&self, c: UVec3) -> usize {
-        ((c.z * self.dims.y + c.y) * self.dims.x + c.x) as usize
+    fn region(&self, p: Vec3) -> usize {
+        let [x, y, z] = ((p - self.origin) * self.regions_per_unit).to_array().map(|at| whole(at) as i32);
+        let [x, y, z] =
+            [(x, self.dims.x), (y, self.dims.y), (z, self.dims.z)].map(|(at, dim)| at.clamp(0, dim as i32 - 1));
+        ((z as u32 * self.dims.y + y as u32) * self.dims.x + x as u32) as usize
     }
 
     /// Where a key's probe begins.
@@ -150,4 +155,13 @@ impl Cells {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.regions[..]) + size_of_val(&self.slots[..]) + size_of_val(&self.long[..])
     }
+}
+
+/// The whole part of `v`, or the number below for a whole `v`; anything from 2²¹ to 2³² − 1 for a negative `v`, for one of
+/// 2²¹ or more, and for what is not a number. Adding a number so large that it has no fraction takes one instruction,
+/// where a saturating cast takes several. `Cell::half` reckons with faces that belong to either cell.
+#[inline]
+fn whole(v: f32) -> u32 {
+    const NO_FRACTION: f32 = (3 << 22) as f32;
+    (v - 0.5 + NO_FRACTION).to_bits().wrapping_sub(NO_FRACTION.to_bits())
 }

@@ -56,6 +56,8 @@ impl Tree {
 
     /// The nearest site whose normal agrees with `n`, or the nearest of all where none does; of equally near ones the
     /// first.
+    #[cold]
+    #[inline(never)]
     pub fn nearest(&self, p: Vec3, n: Vec3) -> u32 {
         let partners = Bin::all()[bin(n)].partners;
         self.nearest_where(p, partners, |site| agree(n, self.normals[site as usize]))

@@ -63,20 +63,13 @@ impl Voronoi {
     /// some state.
     #[inline]
     pub fn state(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> u32 {
-        let p = self.jittered(p, n, jitter);
-        self.cells.find(&self.tree, p, n).unwrap_or_else(|| self.tree.nearest(p, n))
+        let (p, scale) = self.cells.moved(p, n, jitter);
+        self.cells.find(&self.tree, (p, scale), n).unwrap_or_else(|| self.tree.nearest(p, n))
     }
 
     /// [`Self::state`] by the tree alone: slower, the same answer.
     pub fn state_by_tree(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> u32 {
-        self.tree.nearest(self.jittered(p, n, jitter), n)
-    }
-
-    /// Where `jitter` moves `p`.
-    #[inline]
-    fn jittered(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> Vec3 {
-        let (frame, spacing) = (Frame::from_normal(n), self.cells.spacing(p));
-        p + (frame.s * (jitter[0] - 0.5) + frame.t * (jitter[1] - 0.5)) * spacing
+        self.tree.nearest(self.cells.moved(p, n, jitter).0, n)
     }
 
     /// The frame in which the state's table is held, about the normal of its site.
@@ -103,7 +96,8 @@ impl Voronoi {
 
     /// Share of `queries` (points with unit normals) that the prepared cells answer without the tree.
     pub fn prepared(&self, queries: &[(Vec3, Vec3)]) -> f64 {
-        let found = queries.iter().filter(|(p, n)| self.cells.find(&self.tree, *p, *n).is_some()).count();
+        let find = |p, n| self.cells.find(&self.tree, self.cells.moved(p, n, [0.5; 2]), n);
+        let found = queries.iter().filter(|(p, n)| find(*p, *n).is_some()).count();
         found as f64 / queries.len() as f64
     }
 

@@ -143,14 +143,14 @@ fn jitter_moves_along_the_surface_to_the_neighbours() {
     let (mut met, mut farthest) = (std::collections::HashSet::new(), 0.0f32);
     for _ in 0..1000 {
         let jitter = rng.f32x2();
-        let moved = voronoi.jittered(p, n, jitter) - p;
+        let moved = voronoi.cells.moved(p, n, jitter).0 - p;
         assert!(moved.dot(n).abs() < 1e-6, "off the plane");
         farthest = farthest.max(moved.dot(frame.s).abs());
         met.insert(voronoi.state(p, n, jitter));
     }
     assert!((0.045..0.055).contains(&farthest), "half a spacing is 0.05, not {farthest}");
     assert_eq!(met.len(), 4, "half a spacing to either side reaches four squares");
-    assert_eq!(voronoi.jittered(p, n, STILL), p);
+    assert_eq!(voronoi.cells.moved(p, n, STILL).0, p);
 }
 
 #[test]
@@ -302,7 +302,7 @@ proptest! {
         for (p, n) in samples {
             let jitter = rng.f32x2();
             prop_assert_eq!(voronoi.state(p, n, STILL), brute_force(&voronoi, p, n));
-            let moved = voronoi.jittered(p, n, jitter);
+            let moved = voronoi.cells.moved(p, n, jitter).0;
             prop_assert_eq!(voronoi.state(p, n, jitter), brute_force(&voronoi, moved, n));
         }
     }

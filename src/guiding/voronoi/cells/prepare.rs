@@ -1,7 +1,7 @@
 //! How cells come to know their sites.
 
 use super::*;
-use crate::geometry::Frame;
+use crate::math::rng::Rng;
 
 /// Sites per region, about: regions are counted along a side of the scene as if its surface were a cube's.
 const SITES_PER_REGION: usize = 32;
@@ -14,12 +14,12 @@ const NEIGHBOURS: usize = 4;
 const LONGEST: usize = 24;
 const GATHERED: usize = 512;
 
-/// Points in a row of the lattice about a site, whose cells are prepared; they lie `STEP` spacings apart.
+/// Points in a row of the lattice about a site, whose cells are prepared; they lie `STEP` spacings of its region apart.
 const LATTICE: i32 = 5;
 const STEP: f32 = 0.5;
 
-/// Rounding in a point's coordinate, in regions: some operations at half an ulp of the largest.
-const ROUNDING: f32 = MAX_REGIONS * 4.0 * f32::EPSILON;
+/// Rounding in a point's coordinate, in cells: some operations at half an ulp of the largest.
+const ROUNDING: f32 = (1 << CELL_BITS) as f32 * 2.0 * f32::EPSILON;
 
 /// A cell's candidates, ascending.
 struct List {
@@ -39,11 +39,11 @@ impl Cells {
     pub fn new(tree: &Tree, samples: &[(Vec3, Vec3)]) -> Cells {
         let spacings: Vec<f32> = (0..tree.points().len() as u32).into_par_iter().map(|s| spacing(tree, s)).collect();
         let mut cells = Cells::without_lists(tree, &spacings);
-        let keys = cells.keys(tree, &spacings, samples);
+        let keys = cells.keys(tree, samples);
         let agreeable: Vec<bool> = Bin::all().iter().map(|b| tree.normals().iter().any(|n| b.maybe(*n))).collect();
         let lists: Vec<(u64, List)> =
             keys.par_iter().filter_map(|key| Some((*key, cells.cell(*key).list(tree, &agreeable)?))).collect();
-        cells.store(&lists);
+        cells.store(&lists, tree.points().len());
         cells
     }
 
@@ -60,44 +60,43 @@ impl Cells {
         let mut cells =
             Cells { origin: low, regions_per_unit, dims, regions: Vec::new(), slots: vec![EMPTY], long: Vec::new() };
         let mut sums = vec![(0.0, 0.0); dims.element_product() as usize];
-        for (p, spacing) in points.iter().zip(spacings) {
-            if *spacing > 0.0 {
-                let sum = &mut sums[cells.region(((*p - low) * regions_per_unit).as_uvec3().min(dims - 1))];
-                *sum = (sum.0 + 1.0 / spacing, sum.1 + 1.0);
-            }
+        for (p, spacing) in points.iter().zip(spacings).filter(|(_, spacing)| **spacing > 0.0) {
+            let sum = &mut sums[cells.region(*p)];
+            *sum = (sum.0 + 1.0 / spacing, sum.1 + 1.0);
         }
-        cells.regions = (0..sums.len() as u32)
-            .into_par_iter()
-            .map(|i| {
-                let centre = UVec3::new(i % dims.x, i / dims.x % dims.y, i / dims.x / dims.y).as_vec3() + 0.5;
-                let nearest = || tree.nearest_where(low + centre / regions_per_unit, Bins::MAX, |_| true);
-                let spacing = match sums[i as usize] {
-                    (_, 0.0) => nearest().map_or(0.0, |(site, _)| spacings[site as usize]),
-                    (sum, count) => count / sum,
-                };
-                let cells =
-                    (1.0 / (CELL * spacing * regions_per_unit)).ceil().clamp(1.0, (1 << CELL_BITS) as f32 - 1.0);
-                Region { spacing, cells }
-            })
-            .collect();
+        // coordinates have too few bits for smaller cells than these
+        let finest = ((1 << CELL_BITS) - 2) as f32 / (high - low).max_element().max(f32::MIN_POSITIVE);
+        let region = |i: u32| {
+            let centre = UVec3::new(i % dims.x, i / dims.x % dims.y, i / dims.x / dims.y).as_vec3() + 0.5;
+            let nearest = || tree.nearest_where(low + centre / regions_per_unit, Bins::MAX, |_| true);
+            let spacing = match sums[i as usize] {
+                (_, 0.0) => nearest().map_or(0.0, |(site, _)| spacings[site as usize]),
+                (sum, count) => count / sum,
+            };
+            let scale = (1.0 / (CELL * spacing)).min(finest).max(f32::MIN_POSITIVE);
+            Region { spacing, scale: f32::from_bits(scale.to_bits() >> SCALE_BITS << SCALE_BITS) }
+        };
+        cells.regions = (0..sums.len() as u32).into_par_iter().map(region).collect();
         cells
     }
 
-    /// The cells to prepare, ascending.
-    fn keys(&self, tree: &Tree, spacings: &[f32], samples: &[(Vec3, Vec3)]) -> Vec<u64> {
-        let about = |site: usize| {
-            let (p, n) = (tree.points()[site], tree.normals()[site]);
-            let (frame, step, bin) = (Frame::from_normal(n), STEP * spacings[site], bin(n));
-            let offset = move |i: i32| (i - LATTICE / 2) as f32 * step;
-            let points =
-                (0..LATTICE * LATTICE).map(move |i| p + frame.s * offset(i % LATTICE) + frame.t * offset(i / LATTICE));
-            points.filter_map(move |p| self.key(p, bin))
+    /// The cells to prepare, ascending: those about each site, and those of the samples, each jittered once.
+    fn keys(&self, tree: &Tree, samples: &[(Vec3, Vec3)]) -> Vec<u64> {
+        let key = |p: Vec3, n: Vec3, jitter: [f32; 2]| {
+            let (p, scale) = self.moved(p, n, jitter);
+            self.key(p, scale, bin(n))
         };
-        let mut keys: Vec<u64> = (0..spacings.len()).into_par_iter().flat_map_iter(about).collect();
-        keys.par_extend(samples.par_iter().filter_map(|(p, n)| self.key(*p, bin(*n))));
+        let about = |(p, n): (&Vec3, &Vec3)| {
+            let (p, n) = (*p, *n);
+            let offset = |i: i32| (i - LATTICE / 2) as f32 * STEP + 0.5;
+            (0..LATTICE * LATTICE).filter_map(move |i| key(p, n, [offset(i % LATTICE), offset(i / LATTICE)]))
+        };
+        let mut keys: Vec<u64> = tree.points().par_iter().zip(tree.normals()).flat_map_iter(about).collect();
+        let sample = |(i, (p, n)): (usize, &(Vec3, Vec3))| key(*p, *n, Rng::new(i as u64).f32x2());
+        keys.par_extend(samples.par_iter().enumerate().filter_map(sample));
         keys.par_sort_unstable();
         let mut met: Vec<(u32, u64)> = keys.chunk_by(|a, b| a == b).map(|run| (run.len() as u32, run[0])).collect();
-        let most = CELLS_PER_SITE * spacings.len();
+        let most = CELLS_PER_SITE * tree.points().len();
         if met.len() > most {
             met.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
             met.truncate(most);
@@ -108,31 +107,27 @@ impl Cells {
 
     /// The box of all points that have this key, rounding included.
     fn cell(&self, key: u64) -> Cell {
-        let region = (key >> (3 * CELL_BITS + BIN_BITS)) as u32;
         let field = |i: u32| (key >> (BIN_BITS + i * CELL_BITS)) as u32 & ((1 << CELL_BITS) - 1);
-        let c =
-            UVec3::new(region % self.dims.x, region / self.dims.x % self.dims.y, region / self.dims.x / self.dims.y);
-        let cells = self.regions[region as usize].cells;
-        let unit = 1.0 / self.regions_per_unit;
-        let centre = c.as_vec3() + (UVec3::new(field(0), field(1), field(2)).as_vec3() + 0.5) / cells;
-        let centre = self.origin + centre * unit;
+        let scale = f32::from_bits(((key >> (3 * CELL_BITS + BIN_BITS)) as u32) << SCALE_BITS);
+        let centre = self.origin + (UVec3::new(field(0), field(1), field(2)).as_vec3() + 0.5) / scale;
         // the centre itself is rounded in world space
-        let half = Vec3::splat((0.5 / cells + ROUNDING) * unit) + centre.abs() * (2.0 * f32::EPSILON);
+        let half = Vec3::splat((0.5 + ROUNDING) / scale) + centre.abs() * (2.0 * f32::EPSILON);
         Cell { centre, half, bin: key as usize & ((1 << BIN_BITS) - 1) }
     }
 
-    /// Fills the table, in the order of lists.
-    fn store(&mut self, lists: &[(u64, List)]) {
-        self.slots = vec![EMPTY; (lists.len() as f64 * SLOTS_PER_CELL) as usize + 1];
-        let room = LONG_PER_SITE * lists.len().div_ceil(CELLS_PER_SITE);
+    /// Fills the table, in the order of lists, which are those of so many sites.
+    fn store(&mut self, lists: &[(u64, List)], sites: usize) {
+        self.slots = vec![EMPTY; SLOTS_PER_PAIR * lists.len() / 2 + 1];
+        let room = LONG_PER_SITE * sites;
         for (key, list) in lists {
-            let mut slot = Slot { head: key << LOW_BITS | if list.mixed { MIXED } else { 0 }, ..EMPTY };
-            if list.sites.len() <= SHORT {
-                slot.head |= list.sites.len() as u64;
-                slot.candidates[..list.sites.len()].copy_from_slice(&list.sites);
-            } else if self.long.len() + list.sites.len() <= room {
+            let mut slot = Slot { head: key << FLAGS | if list.mixed { MIXED } else { 0 }, ..EMPTY };
+            let count = list.sites.len();
+            if count <= SHORT {
+                slot.head |= count as u64;
+                slot.candidates[..count].copy_from_slice(&list.sites);
+            } else if self.long.len() + count <= room {
                 slot.head |= LONG;
-                slot.candidates[..2].copy_from_slice(&[self.long.len() as u32, list.sites.len() as u32]);
+                slot.candidates[..2].copy_from_slice(&[self.long.len() as u32, count as u32]);
                 self.long.extend(&list.sites);
             } else {
                 continue;
