@@ -83,7 +83,7 @@ const SCALE_BITS: u32 = 22;
 
 impl Cells {
     /// Where `jitter` moves `p` along the plane about `n`, and the scale of its cells.
-    #[inline]
+    #[inline(always)]
     pub fn moved(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> (Vec3, f32) {
         let Region { spacing, scale } = self.regions[self.region(p)];
         let frame = Frame::from_normal(n);
@@ -91,7 +91,7 @@ impl Cells {
     }
 
     /// The site of `p` and `n`, where the cell of that scale is prepared.
-    #[inline]
+    #[inline(always)]
     pub fn find(&self, tree: &Tree, (p, scale): (Vec3, f32), n: Vec3) -> Option<u32> {
         let key = self.key(p, scale, bin(n))?;
         let mut at = self.home(key);
@@ -107,43 +107,45 @@ impl Cells {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn nearest(&self, tree: &Tree, slot: &Slot, p: Vec3, n: Vec3) -> u32 {
-        // squared distances are not negative, so they are ordered as their bits are; equal ones go by the site
-        let rank = |site: u32| (tree.distance2(site, p).to_bits() as u64) << 32 | site as u64;
         let candidates = match slot.head & COUNT {
             LONG => &self.long[slot.candidates[0] as usize..][..slot.candidates[1] as usize],
             count => &slot.candidates[..count as usize],
         };
-        if slot.head & MIXED == 0 {
-            return candidates.iter().fold(u64::MAX, |least, site| least.min(rank(*site))) as u32;
+        let mixed = slot.head & MIXED != 0;
+        // Candidates ascend: the first of equally near ones stays. Without distances that are numbers, or where `n` is
+        // no number, it is the first of all.
+        let mut best = (candidates[0], f32::INFINITY);
+        for &site in candidates {
+            let d2 = tree.distance2(site, p);
+            if d2 < best.1 && (!mixed || agree(n, tree.normals()[site as usize])) {
+                best = (site, d2);
+            }
         }
-        let agrees = |site: &u32| agree(n, tree.normals()[*site as usize]);
-        let nearest = candidates.iter().copied().filter(agrees).map(rank).min();
-        // only what is not a number agrees with nobody
-        nearest.map_or(candidates[0], |rank| rank as u32)
+        best.0
     }
 
     /// The cell of a point and a bin; `None` far outside.
-    #[inline]
+    #[inline(always)]
     fn key(&self, p: Vec3, scale: f32, bin: usize) -> Option<u64> {
-        let [x, y, z] = ((p - self.origin) * scale).to_array().map(whole);
+        let at = (p - self.origin) * scale;
+        let (x, y, z) = (whole(at.x), whole(at.y), whole(at.z));
         if (x | y | z) >> CELL_BITS != 0 {
             return None;
         }
-        let [x, y, z] = [x, y, z].map(u64::from);
-        let cell = x | y << CELL_BITS | z << (2 * CELL_BITS);
+        let cell = x as u64 | (y as u64) << CELL_BITS | (z as u64) << (2 * CELL_BITS);
         let scale = (scale.to_bits() >> SCALE_BITS) as u64;
         Some((scale << (3 * CELL_BITS) | cell) << BIN_BITS | bin as u64)
     }
 
-    /// The region of `p`, or the one next to it outside.
-    #[inline]
+    /// The region of `p`; outside of all, some region at the border.
+    #[inline(always)]
     fn region(&self, p: Vec3) -> usize {
-        let [x, y, z] = ((p - self.origin) * self.regions_per_unit).to_array().map(|at| whole(at) as i32);
-        let [x, y, z] =
-            [(x, self.dims.x), (y, self.dims.y), (z, self.dims.z)].map(|(at, dim)| at.clamp(0, dim as i32 - 1));
-        ((z as u32 * self.dims.y + y as u32) * self.dims.x + x as u32) as usize
+        let at = (p - self.origin) * self.regions_per_unit;
+        let part = |at: f32, dim: u32| (whole(at) as i32).clamp(0, dim as i32 - 1) as u32;
+        let (x, y, z) = (part(at.x, self.dims.x), part(at.y, self.dims.y), part(at.z, self.dims.z));
+        ((z * self.dims.y + y) * self.dims.x + x) as usize
     }
 
     /// Where a key's probe begins.

@@ -61,7 +61,8 @@ impl Voronoi {
     /// moves the point in the plane about `n` by up to half the spacing of the sites around it (infinity norm): over
     /// many look-ups neighbouring states blend. [0.5, 0.5] leaves the point where it is. What is not a number has
     /// some state.
-    #[inline]
+    // as a call, points would go through memory
+    #[inline(always)]
     pub fn state(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> u32 {
         let (p, scale) = self.cells.moved(p, n, jitter);
         self.cells.find(&self.tree, (p, scale), n).unwrap_or_else(|| self.tree.nearest(p, n))
@@ -106,7 +107,7 @@ impl Voronoi {
         size_of_val(&self.frames[..]) + self.tree.bytes() + self.cells.bytes()
     }
 
-    /// What a site adds to [`Self::bytes`] at most, a few pages of fixed cost aside. Without samples it is mostly half.
+    /// What a site adds to [`Self::bytes`] at most, a few pages of fixed cost aside.
     pub const fn bytes_per_site() -> usize {
         TREE_BYTES + cells::BYTES_PER_SITE
     }

