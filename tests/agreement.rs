@@ -12,7 +12,7 @@ mod common;
 use common::still_life::still_life;
 use common::{Loaded, Runs, own, welch};
 use phototaxis::render::Settings;
-use phototaxis::scene::description::{Combine, GuidingMethod, LearningRule, Rate, Roulette};
+use phototaxis::scene::description::{Combine, DirectionTable, GuidingMethod, LearningRule, Placement, Rate, Roulette};
 use phototaxis::stats::sidak;
 
 const FALSE_ALARM: f64 = 1e-4;
@@ -37,7 +37,7 @@ fn bsdf_sampling_only(s: &mut Settings) {
 
 /// Without normals every table covers the hemisphere about +y, and below it the BSDF's share of directions is all there
 /// is: weights are 1/bsdf_fraction at each vertex, which at 0.3 makes tails that no number of runs here would show.
-const GUIDED: [Way; 23] = [
+const GUIDED: [Way; 27] = [
     ("guided", |_| {}),
     ("blend", |s| s.guiding.rule = LearningRule::Blend),
     ("monte-carlo", |s| s.guiding.rule = LearningRule::MonteCarlo),
@@ -62,8 +62,16 @@ const GUIDED: [Way; 23] = [
     ("SD-tree, one leaf", |s| (sd_tree(s), s.guiding.leaf_samples = 1e9).0),
     ("SD-tree, no filters", |s| (sd_tree(s), (s.guiding.jitter, s.guiding.directional_filter) = (false, false)).0),
     ("SD-tree, fixed fraction", |s| (sd_tree(s), s.guiding.learned_fraction = Some(false)).0),
+    ("Voronoi", |s| (s.guiding.method, s.guiding.sites) = (GuidingMethod::Voronoi, 200)),
+    ("Voronoi, by area", |s| voronoi_by_area(s)),
+    ("Voronoi, hemisphere", |s| (voronoi_by_area(s), s.guiding.table = DirectionTable::Hemisphere).0),
+    ("Voronoi, sphere", |s| (voronoi_by_area(s), s.guiding.table = DirectionTable::Sphere).0),
     ("SD-tree, guided roulette", |s| (sd_tree(s), s.integrator.roulette = Roulette::Guided, s.render.spp = 32).0),
 ];
+
+fn voronoi_by_area(s: &mut Settings) {
+    (s.guiding.method, s.guiding.sites, s.guiding.placement) = (GuidingMethod::Voronoi, 200, Placement::Area);
+}
 
 /// Small leaves, so that a few samples divide the scene.
 fn sd_tree(s: &mut Settings) {

@@ -46,7 +46,7 @@ fn with_threads(threads: usize, loaded: &Loaded, settings: &Settings) -> Trace {
 fn any_number_of_threads_gives_the_same_bits() {
     for scene in ["wall", "door"] {
         let loaded = own(scene, &SIZE);
-        for method in [GuidingMethod::None, GuidingMethod::Grid, GuidingMethod::SdTree] {
+        for method in [GuidingMethod::None, GuidingMethod::Grid, GuidingMethod::SdTree, GuidingMethod::Voronoi] {
             let mut settings = loaded.settings.clone();
             (settings.guiding.method, settings.guiding.leaf_samples) = (method, 1000.0);
             let one = with_threads(1, &loaded, &settings);

@@ -35,12 +35,13 @@ const SCENES: [(&str, &str, Rgb); 3] = [
     ("door", "lamp", Rgb::new(900.0, 810.0, 670.0)),
 ];
 
-const WAYS: [(GuidingMethod, Combine, Roulette); 6] = [
+const WAYS: [(GuidingMethod, Combine, Roulette); 7] = [
     (GuidingMethod::None, Combine::All, Roulette::Throughput),
     (GuidingMethod::Grid, Combine::All, Roulette::Throughput),
     (GuidingMethod::Grid, Combine::InverseVariance, Roulette::None),
     (GuidingMethod::Grid, Combine::Last, Roulette::Throughput),
     (GuidingMethod::SdTree, Combine::All, Roulette::Throughput),
+    (GuidingMethod::Voronoi, Combine::All, Roulette::Throughput),
     (GuidingMethod::SdTree, Combine::All, Roulette::Guided),
 ];
 

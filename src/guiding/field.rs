@@ -3,6 +3,7 @@
 use super::distribution::{Directions, GuidingDistribution};
 use super::learner::{Learner, Table};
 use super::qtable::{Actions, Entry, Returns, State};
+use super::sdtree::LeafInfo;
 use super::states::{StateKey, States};
 use super::strata::{Domain, Strata};
 use super::tree::{Node, Totals};
@@ -188,7 +189,7 @@ impl TableField {
 
     /// The state of a point, as [`States::key`].
     #[inline]
-    pub fn state(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> StateKey {
+    pub fn state(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> Option<StateKey> {
         self.states.key(p, n, jitter)
     }
 
@@ -248,14 +249,14 @@ impl TableField {
 impl Summary {
     /// What is known of a leaf of an SD-tree in which the given radiance arrives on average over the sphere: its
     /// irradiance is that of light from everywhere alike.
-    pub(super) fn of_leaf(leaf: u32, radiance: f32, bsdf_fraction: f32, returns: &Returns, visits: f32) -> Summary {
+    pub(super) fn of_leaf(leaf: &LeafInfo, radiance: f32, bsdf_fraction: f32, returns: &Returns) -> Summary {
         Summary {
             normal: Vec3::ZERO,
-            first: leaf,
-            rows: 0,
+            first: leaf.leaf,
+            rows: leaf.nodes as u32,
             irradiance: PI * radiance,
             peak: TAU * radiance,
-            visits,
+            visits: leaf.visits as f32,
             bsdf_fraction,
             square: returns.square,
             mean: returns.mean,
@@ -267,6 +268,12 @@ impl Summary {
     #[inline]
     pub(super) fn leaf(&self) -> u32 {
         self.first
+    }
+
+    /// Whether that leaf has a quadtree.
+    #[inline]
+    pub(super) fn is_known(&self) -> bool {
+        self.rows > 0
     }
 }
 

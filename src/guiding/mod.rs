@@ -11,6 +11,7 @@ mod distribution;
 mod field;
 pub mod learner;
 mod leaves;
+mod placing;
 pub mod qtable;
 pub mod recorder;
 mod refine;
@@ -19,6 +20,7 @@ pub mod states;
 pub mod strata;
 mod tables;
 pub mod tree;
+pub mod voronoi;
 
 pub use direction::PackedDirection;
 pub use distribution::GuidingDistribution;
@@ -30,6 +32,7 @@ use crate::scene::description::{GuidingMethod, GuidingSettings};
 use field::TableField;
 use glam::Vec3;
 use leaves::Leaves;
+use placing::Placing;
 use states::{Adaptive, Grid, States};
 use tables::Tables;
 
@@ -45,15 +48,24 @@ enum Kind {
 }
 
 impl Guide {
-    /// The guide that the settings ask for; `None` renders without one. `bounds` are the scene's.
-    pub fn new(settings: &GuidingSettings, bounds: (Vec3, Vec3)) -> Option<Guide> {
+    /// The guide that the settings ask for; `None` renders without one. `bounds` are the scene's, and `triangles` all
+    /// of its surfaces, in world space: Voronoi sites are spread over them where the settings say so.
+    pub fn new(
+        settings: &GuidingSettings,
+        bounds: (Vec3, Vec3),
+        triangles: impl Iterator<Item = [Vec3; 3]> + Clone,
+    ) -> Option<Guide> {
         let (low, high) = bounds;
-        let tables = |states| Kind::Tables(Box::new(Tables::new(settings, states)));
+        let tables = |states| Kind::Tables(Box::new(Tables::new(settings, states, None)));
         let kind = match settings.method {
             GuidingMethod::None => return None,
             GuidingMethod::Grid => tables(States::Grid(Grid::new(low, high, settings.resolution, settings.normals))),
             GuidingMethod::Adaptive => {
                 tables(States::Adaptive(Adaptive::new(low, high, settings.resolution, settings.levels)))
+            }
+            GuidingMethod::Voronoi => {
+                let (states, placing) = Placing::begin(settings, triangles);
+                Kind::Tables(Box::new(Tables::new(settings, states, placing)))
             }
             GuidingMethod::SdTree => Kind::Leaves(Box::new(Leaves::new(settings, bounds))),
         };
@@ -134,15 +146,16 @@ pub struct Place {
 
 impl<'a> Field<'a> {
     /// The states of the point `p` with unit normal `n` on the side of the path. `jitter`, in [0, 1)³, blends
-    /// neighbouring states; 0.5 everywhere leaves the point where it is. Tables use two of its numbers.
+    /// neighbouring states; 0.5 everywhere leaves the point where it is. Tables use two of its numbers. `None` while
+    /// there are no states: sites are still to be placed, at points that [`Recorder::push_point`] takes.
     #[inline]
-    pub fn place(self, p: Vec3, n: Vec3, jitter: [f32; 3]) -> Place {
+    pub fn place(self, p: Vec3, n: Vec3, jitter: [f32; 3]) -> Option<Place> {
         match self {
             Field::Tables(tables) => {
-                let key = tables.state(p, n, [jitter[0], jitter[1]]);
-                Place { drawn: key, recorded: key }
+                let key = tables.state(p, n, [jitter[0], jitter[1]])?;
+                Some(Place { drawn: key, recorded: key })
             }
-            Field::Leaves(leaves) => Place { drawn: leaves.drawn(p), recorded: leaves.recorded(p, jitter) },
+            Field::Leaves(leaves) => Some(Place { drawn: leaves.drawn(p), recorded: leaves.recorded(p, jitter) }),
         }
     }
 

@@ -2,12 +2,11 @@
 
 use super::field::{TableField, Use};
 use super::learner::{Learner, Table};
+use super::placing::Placing;
 use super::recorder::Recorder;
 use super::refine;
 use super::states::States;
-use super::strata::{Domain, Strata};
-use super::tree::TreeShape;
-use crate::scene::description::{DirectionTable, GuidingSettings};
+use crate::scene::description::GuidingSettings;
 
 /// What was learnt so far, and the snapshot of it that is in use.
 pub struct Tables {
@@ -15,16 +14,16 @@ pub struct Tables {
     field: TableField,
     learner: Learner,
     refinement: refine::Limits,
+    /// While there are no sites.
+    placing: Option<Placing>,
+    /// Bytes for states and tables.
+    memory: usize,
 }
 
 impl Tables {
     /// Nothing known yet.
-    pub fn new(settings: &GuidingSettings, states: States) -> Tables {
-        let table = match settings.table {
-            DirectionTable::Hemisphere => Table::Strata(Strata::new(Domain::Hemisphere, settings.strata)),
-            DirectionTable::Sphere => Table::Strata(Strata::new(Domain::Sphere, settings.strata)),
-            DirectionTable::Tree => Table::Tree(TreeShape::new(settings.split_share, settings.split_visits)),
-        };
+    pub fn new(settings: &GuidingSettings, states: States, placing: Option<Placing>) -> Tables {
+        let table = Table::new(settings);
         let usage = Use {
             sampling: settings.sampling,
             bsdf_fraction: settings.bsdf_fraction,
@@ -32,11 +31,12 @@ impl Tables {
             compensation: settings.mis_compensation,
             smoothing: settings.smoothing,
         };
-        let memory = usize::try_from(settings.memory).unwrap_or(usize::MAX).saturating_sub(states.bytes());
-        let learner = Learner::new(table.clone(), states.oriented(), settings.rate, memory);
+        let memory = usize::try_from(settings.memory).unwrap_or(usize::MAX);
+        let left = memory.saturating_sub(states.bytes());
+        let learner = Learner::new(table.clone(), states.oriented(), settings.rate, left);
         let field = TableField::empty(states.clone(), table, usage);
         let refinement = refine::Limits { visits: settings.refine_visits, difference: settings.refine_difference };
-        Tables { states, field, learner, refinement }
+        Tables { states, field, learner, refinement, placing, memory }
     }
 
     pub fn field(&self) -> &TableField {
@@ -44,7 +44,10 @@ impl Tables {
     }
 
     pub fn learn(&mut self, recorders: &[&Recorder]) {
-        self.learner.fold(recorders);
+        if let Some(placing) = &mut self.placing {
+            recorders.iter().for_each(|recorder| placing.visit(recorder.points()));
+        }
+        self.learner.fold(recorders, &self.states);
     }
 
     /// What was learnt so far becomes the snapshot, in the middle of an iteration.
@@ -54,6 +57,11 @@ impl Tables {
 
     /// Ends an iteration: states and tables are refined, and what was learnt becomes the next snapshot.
     pub fn end_iteration(&mut self) {
+        if let Some(voronoi) = self.placing.as_ref().and_then(Placing::sites) {
+            self.states = States::Voronoi(Some(voronoi));
+            self.placing = None;
+            self.learner.keep_within(self.memory.saturating_sub(self.states.bytes()));
+        }
         if let States::Adaptive(adaptive) = &mut self.states {
             refine::refine(adaptive, &mut self.learner, self.refinement);
         }
@@ -69,6 +77,6 @@ impl Tables {
 
     /// Bytes of table and snapshot.
     pub fn bytes(&self) -> usize {
-        self.learner.bytes() + self.states.bytes()
+        self.learner.bytes() + self.states.bytes() + self.placing.as_ref().map_or(0, Placing::bytes)
     }
 }

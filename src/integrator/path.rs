@@ -230,7 +230,12 @@ impl<'a> Walk<'a, '_> {
         let guide = self.integrator.guide.filter(|_| bsdf.has_smooth())?;
         self.counters.guide_queries += 1;
         let normal = si.facing(wo);
-        let place = guide.field.place(si.p, normal, self.jitter);
+        let Some(place) = guide.field.place(si.p, normal, self.jitter) else {
+            if self.learn {
+                self.batch.points.push((si.p, normal));
+            }
+            return None;
+        };
         let summary = guide.field.summary(place.drawn);
         self.counters.guide_hits += summary.is_some() as u64;
         Some(Guided { key: place.recorded, normal, summary })
@@ -378,6 +383,7 @@ impl<'a> Walk<'a, '_> {
         let mut recorder = Recorder::new();
         let b = &mut *self.batch;
         backup::record(&b.vertices, &mut b.followed, &mut recorder);
+        b.points.drain(..).for_each(|(p, n)| recorder.push_point(p, n));
         b.vertices.iter_mut().for_each(Vec::clear);
         Some(recorder)
     }

@@ -92,7 +92,7 @@ impl<'a> Driver<'a> {
             settings,
             tiling: Tiling::new(width, height),
             film: Film::new(width, height, settings.render.combine),
-            guide: Guide::new(&settings.guiding, scene.bounds()),
+            guide: Guide::new(&settings.guiding, scene.bounds(), scene.facets()),
             efficiency: None,
             iterations: Vec::new(),
             samples: 0,

@@ -270,6 +270,9 @@ pub struct GuidingSettings {
     /// That share is learnt, state by state; tables begin at one half, an SD-tree at `bsdf_fraction`. `None` stands for
     /// what is usual: an SD-tree learns it (Müller 2019), tables do not.
     pub learned_fraction: Option<bool>,
+    /// Voronoi sites; 0 stands for as many as the memory has room for, which is the most in any case.
+    pub sites: u32,
+    pub placement: Placement,
     /// Of an SD-tree: a leaf is halved that got more than this many samples, times √(spp/4), in an iteration of spp
     /// samples per pixel.
     pub leaf_samples: f32,
@@ -307,6 +310,8 @@ impl Default for GuidingSettings {
             sampling: GuideSampling::QCos,
             bsdf_fraction: 0.5,
             learned_fraction: None,
+            sites: 16_384,
+            placement: Placement::Paths,
             leaf_samples: 12_000.0,
             rho: 0.01,
             directional_filter: true,
@@ -338,15 +343,18 @@ pub enum GuidingMethod {
     Grid,
     /// Cells that refine where it pays.
     Adaptive,
+    /// Sites on the surfaces, and what is nearest to each (Dahm & Keller 2017).
+    Voronoi,
     /// Leaves of a spatial tree, each with a quadtree of directions in place of a table (Müller et al. 2017).
     SdTree,
 }
 
 impl GuidingMethod {
     /// All of them, by the names that scene files have for them.
-    pub const NAMES: [(&'static str, GuidingMethod); 4] = [
+    pub const NAMES: [(&'static str, GuidingMethod); 5] = [
         ("adaptive", GuidingMethod::Adaptive),
         ("grid", GuidingMethod::Grid),
+        ("voronoi", GuidingMethod::Voronoi),
         ("sdtree", GuidingMethod::SdTree),
         ("none", GuidingMethod::None),
     ];
@@ -355,6 +363,15 @@ impl GuidingMethod {
         let named = GuidingMethod::NAMES.iter().find(|(_, method)| *method == self);
         named.expect("all have names").0
     }
+}
+
+/// Where Voronoi sites are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Placement {
+    /// Where the paths of the first iteration went: as dense as they are.
+    Paths,
+    /// On both sides of all surfaces, evenly by area.
+    Area,
 }
 
 /// How the directions of a state are told apart.

@@ -4,7 +4,7 @@ use super::reader::{Bounds, COORDINATE, NOT_NEGATIVE, Reader, UNIT};
 use super::tree::{At, Fault, Node, Value};
 use crate::scene::description::{
     CameraDescription, Combine, DirectionTable, FilmDescription, Filter, GuideSampling, GuidingMethod, GuidingSettings,
-    IntegratorSettings, LearningRule, Rate, RenderSettings, Roulette, Updates,
+    IntegratorSettings, LearningRule, Placement, Rate, RenderSettings, Roulette, Updates,
 };
 use glam::Vec3;
 use std::ops::RangeInclusive;
@@ -63,6 +63,9 @@ pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fau
     t.flag("mis_compensation", &mut s.mis_compensation)?;
     t.number("smoothing", UNIT, &mut s.smoothing)?;
     t.flag("jitter", &mut s.jitter)?;
+    let placements = [("paths", Placement::Paths), ("area", Placement::Area)];
+    t.integer("sites", 0..=1 << 24, &mut s.sites)?;
+    t.choice("placement", &placements, &mut s.placement)?;
     t.number("leaf_samples", NOT_NEGATIVE, &mut s.leaf_samples)?;
     t.number("rho", UNIT, &mut s.rho)?;
     t.flag("directional_filter", &mut s.directional_filter)?;
