@@ -76,9 +76,8 @@ fn queries(order: Order) -> Vec<Query> {
 /// A guide on a grid with about `states` states on the surfaces, each of which it knows.
 fn grid_guide(states: usize) -> Guide {
     let points = points(20 * states, 3);
-    let keys = |guide: &Guide| -> HashSet<StateKey> {
-        points.iter().map(|(p, n)| key(guide, *p, *n, [0.5; 2])).collect()
-    };
+    let keys =
+        |guide: &Guide| -> HashSet<StateKey> { points.iter().map(|(p, n)| key(guide, *p, *n, [0.5; 2])).collect() };
     let guide = |resolution: u32| {
         let (method, table) = (GuidingMethod::Grid, DirectionTable::Hemisphere);
         let settings = GuidingSettings { method, table, resolution, strata: 2, memory: 4 << 30, ..Default::default() };
