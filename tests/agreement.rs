@@ -12,7 +12,7 @@ mod common;
 use common::still_life::still_life;
 use common::{Loaded, Runs, own, welch};
 use phototaxis::render::Settings;
-use phototaxis::scene::description::{Combine, GuidingMethod, Roulette};
+use phototaxis::scene::description::{Combine, DirectionTable, GuidingMethod, LearningRule, Placement, Rate, Roulette};
 use phototaxis::stats::sidak;
 
 const FALSE_ALARM: f64 = 1e-4;
@@ -37,18 +37,18 @@ fn bsdf_sampling_only(s: &mut Settings) {
 
 /// Without normals every table covers the hemisphere about +y, and below it the BSDF's share of directions is all there
 /// is: weights are 1/bsdf_fraction at each vertex, which at 0.3 makes tails that no number of runs here would show.
-const GUIDED: [Way; 18] = [
+const GUIDED: [Way; 27] = [
     ("guided", |_| {}),
-    ("lambda 0.5", |s| s.guiding.lambda = 0.5),
-    ("lambda 1", |s| s.guiding.lambda = 1.0),
-    ("retain 1", |s| s.guiding.retain = 1.0),
+    ("blend", |s| s.guiding.rule = LearningRule::Blend),
+    ("monte-carlo", |s| s.guiding.rule = LearningRule::MonteCarlo),
+    ("retain 1", |s| s.guiding.rate = Rate::Forgetting(1.0)),
     ("no normals", |s| (s.guiding.normals, s.guiding.bsdf_fraction) = (false, 0.7)),
     ("1 stratum", |s| s.guiding.strata = 1),
     ("4 × 4 strata", |s| s.guiding.strata = 4),
     ("1 cell", |s| s.guiding.resolution = 1),
     ("1 state", |s| (s.guiding.resolution, s.guiding.normals, s.guiding.bsdf_fraction) = (1, false, 0.7)),
     // small states take more samples to fill
-    ("32 cells", |s| (s.guiding.resolution, s.guiding.retain, s.render.spp) = (32, 1.0, 96)),
+    ("32 cells", |s| (s.guiding.resolution, s.guiding.rate, s.render.spp) = (32, Rate::Vanishing, 96)),
     ("bsdf_fraction 0.05", |s| s.guiding.bsdf_fraction = 0.05),
     ("bsdf_fraction 1", |s| s.guiding.bsdf_fraction = 1.0),
     ("combine last", |s| s.render.combine = Combine::Last),
@@ -58,7 +58,25 @@ const GUIDED: [Way; 18] = [
     ("guided, no MIS", |s| s.integrator.mis = false),
     ("guided, no roulette", |s| s.integrator.roulette = Roulette::None),
     ("guided, little memory", |s| s.guiding.memory = 200_000),
+    ("SD-tree", |s| sd_tree(s)),
+    ("SD-tree, one leaf", |s| (sd_tree(s), s.guiding.leaf_samples = 1e9).0),
+    ("SD-tree, no filters", |s| (sd_tree(s), (s.guiding.jitter, s.guiding.directional_filter) = (false, false)).0),
+    ("SD-tree, fixed fraction", |s| (sd_tree(s), s.guiding.learned_fraction = Some(false)).0),
+    ("Voronoi", |s| (s.guiding.method, s.guiding.sites) = (GuidingMethod::Voronoi, 200)),
+    ("Voronoi, by area", |s| voronoi_by_area(s)),
+    ("Voronoi, hemisphere", |s| (voronoi_by_area(s), s.guiding.table = DirectionTable::Hemisphere).0),
+    ("Voronoi, sphere", |s| (voronoi_by_area(s), s.guiding.table = DirectionTable::Sphere).0),
+    ("SD-tree, guided roulette", |s| (sd_tree(s), s.integrator.roulette = Roulette::Guided, s.render.spp = 32).0),
 ];
+
+fn voronoi_by_area(s: &mut Settings) {
+    (s.guiding.method, s.guiding.sites, s.guiding.placement) = (GuidingMethod::Voronoi, 200, Placement::Area);
+}
+
+/// Small leaves, so that a few samples divide the scene.
+fn sd_tree(s: &mut Settings) {
+    (s.guiding.method, s.guiding.leaf_samples) = (GuidingMethod::SdTree, 500.0);
+}
 
 /// The settings that all ways start from: states are large, so that a few samples fill them.
 fn base(loaded: &Loaded) -> Settings {

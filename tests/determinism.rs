@@ -46,11 +46,11 @@ fn with_threads(threads: usize, loaded: &Loaded, settings: &Settings) -> Trace {
 fn any_number_of_threads_gives_the_same_bits() {
     for scene in ["wall", "door"] {
         let loaded = own(scene, &SIZE);
-        for method in [GuidingMethod::None, GuidingMethod::Grid] {
+        for method in [GuidingMethod::None, GuidingMethod::Grid, GuidingMethod::SdTree, GuidingMethod::Voronoi] {
             let mut settings = loaded.settings.clone();
-            settings.guiding.method = method;
+            (settings.guiding.method, settings.guiding.leaf_samples) = (method, 1000.0);
             let one = with_threads(1, &loaded, &settings);
-            let guided = method == GuidingMethod::Grid;
+            let guided = method != GuidingMethod::None;
             assert_eq!(one.guide_hits > 0 && one.transitions > 0, guided, "the guide takes part where asked");
             for threads in [2, 3] {
                 let more = with_threads(threads, &loaded, &settings);

@@ -23,7 +23,7 @@ fn scaled(name: &str, lamp: &str, emission: Rgb, scale: f32) -> Loaded {
 
 fn picture(loaded: &Loaded, method: GuidingMethod, combine: Combine, roulette: Roulette) -> Estimate {
     let mut settings = loaded.settings.clone();
-    settings.guiding.method = method;
+    (settings.guiding.method, settings.guiding.leaf_samples) = (method, 1000.0);
     settings.render.combine = combine;
     settings.integrator.roulette = roulette;
     loaded.estimate(&settings)
@@ -35,11 +35,14 @@ const SCENES: [(&str, &str, Rgb); 3] = [
     ("door", "lamp", Rgb::new(900.0, 810.0, 670.0)),
 ];
 
-const WAYS: [(GuidingMethod, Combine, Roulette); 4] = [
+const WAYS: [(GuidingMethod, Combine, Roulette); 7] = [
     (GuidingMethod::None, Combine::All, Roulette::Throughput),
     (GuidingMethod::Grid, Combine::All, Roulette::Throughput),
     (GuidingMethod::Grid, Combine::InverseVariance, Roulette::None),
     (GuidingMethod::Grid, Combine::Last, Roulette::Throughput),
+    (GuidingMethod::SdTree, Combine::All, Roulette::Throughput),
+    (GuidingMethod::Voronoi, Combine::All, Roulette::Throughput),
+    (GuidingMethod::SdTree, Combine::All, Roulette::Guided),
 ];
 
 /// The scene's picture, and that under light scaled by each factor, all ways.

@@ -167,9 +167,9 @@ fn report(arguments: &InspectArguments, scene: &Scene, guide: &Guide, seen: &See
         point: seen.si.p.into(),
         normal: seen.normal().into(),
         state: State {
-            key: format!("{:016x}", key.0),
-            visits: guide.visits(key).unwrap_or(0.0),
-            usable: guide.field().summary(key).is_some(),
+            key: key.map_or("none".into(), |key| format!("{:016x}", key.0)),
+            visits: key.and_then(|key| guide.visits(key)).unwrap_or(0.0),
+            usable: key.is_some_and(|key| guide.field().summary(key).is_some()),
         },
         radiance,
         guide: guide.survey(),
@@ -218,7 +218,7 @@ struct Pictures<'a> {
 impl Pictures<'_> {
     /// Learnt beside traced, over the sphere and over the state's hemisphere.
     fn radiance(&self, guide: &Guide, seen: &Seen, radiance: &Radiance) -> Result<()> {
-        let (view, normal) = (guide.view(seen.state(guide)), seen.normal());
+        let (view, normal) = (seen.state(guide).and_then(|key| guide.view(key)), seen.normal());
         let learnt = |w| view.as_ref()?.q(normal, w);
         let traced = |w| radiance.traced(w);
         let white = radiance.quantile(WHITE).max(f32::MIN_POSITIVE);

@@ -78,6 +78,11 @@ pub(super) enum Method {
     Adaptive,
     /// Learns in the cells of a uniform grid
     Grid,
+    /// Learns in the cells about sites on the surfaces
+    Voronoi,
+    /// Learns in a spatial tree from whole paths (Practical Path Guiding)
+    #[value(name = "sdtree")]
+    SdTree,
 }
 
 pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {

@@ -5,6 +5,7 @@ use crate::inspect::Layers;
 use crate::integrator::Counters;
 use crate::render::{IterationReport, Rendering};
 use crate::scene::Scene;
+use crate::scene::description::GuidingMethod;
 use serde::Serialize;
 
 /// Version of the JSON's shape; a change that breaks readers raises it.
@@ -110,7 +111,7 @@ impl Report {
             embree_share: total.embree.as_secs_f64() / total.total.as_secs_f64().max(1e-9),
             non_finite_samples: total.non_finite,
             guide: GuideReport {
-                method: if guide.is_some() { "grid" } else { "none" },
+                method: guide.map_or(GuidingMethod::None, |g| g.method()).name(),
                 states: guide.map_or(0, |g| g.states()),
                 bytes: guide.map_or(0, |g| g.bytes()),
                 hit_share: ratio(total.guide_hits, total.guide_queries),

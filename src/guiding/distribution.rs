@@ -1,6 +1,7 @@
 //! What the guide proposes at one path vertex.
 
 use super::field::WHOLE;
+use super::sdtree::Quadtree;
 use super::strata::Strata;
 use super::tree::{self, LeafIndex, Node};
 use crate::geometry::Frame;
@@ -11,8 +12,8 @@ use glam::Vec3;
 /// Distribution over directions at one path vertex, frozen for this iteration.
 ///
 /// Directions are unit, in world space, away from the surface; densities are per steradian. For every `wi`, `pdf(wi)`
-/// is the density with which `sample` returns it. It covers the hemisphere of the state's normal, not the BSDF's
-/// support: the mixture does that.
+/// is the density with which `sample` returns it. It covers the hemisphere of the state's normal, an SD-tree's the
+/// whole sphere, and not the BSDF's support: the mixture does that.
 #[derive(Clone, Debug)]
 pub struct GuidingDistribution<'f> {
     frame: Frame,
@@ -27,6 +28,8 @@ pub(super) enum Directions<'f> {
         row: &'f [u16],
     },
     Tree(&'f [Node]),
+    /// Over the sphere.
+    Quadtree(Quadtree<'f>),
     /// Strata drawn in proportion to weights of this very vertex: where each ends, the last at the sum of all.
     Weighed {
         strata: &'f Strata,
@@ -39,6 +42,9 @@ pub(super) enum Directions<'f> {
         ends: Vec<f32>,
     },
 }
+
+/// The frame of directions in world space.
+const WORLD: Frame = Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z };
 
 impl<'f> GuidingDistribution<'f> {
     #[inline]
@@ -61,8 +67,7 @@ impl<'f> GuidingDistribution<'f> {
             sum
         });
         let ends = ends.collect();
-        let frame = Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z };
-        GuidingDistribution { frame, directions: Directions::Weighed { strata, ends } }
+        GuidingDistribution { frame: WORLD, directions: Directions::Weighed { strata, ends } }
     }
 
     /// The product with `value`, of which the centre of each stratum or cell is taken: of the BSDF, without its cosine.
@@ -74,6 +79,8 @@ impl<'f> GuidingDistribution<'f> {
             ends.push(sum);
         };
         let directions = match &self.directions {
+            // its cells reach beyond any lobe's width, and it is the published method, which knows no product
+            Directions::Quadtree(quadtree) => Directions::Quadtree(*quadtree),
             Directions::Tree(nodes) | Directions::WeighedTree { nodes, .. } => {
                 tree::leaves(nodes, &mut add);
                 Directions::WeighedTree { nodes, leaves: LeafIndex::new(nodes), ends }
@@ -90,11 +97,19 @@ impl<'f> GuidingDistribution<'f> {
         GuidingDistribution { frame, directions }
     }
 
-    /// A direction in world space; its density is `pdf` of it. `u` chooses where to look, `inside` where within.
+    /// As a leaf of an SD-tree has it.
+    #[inline]
+    pub(super) fn in_leaf(quadtree: Quadtree<'f>) -> GuidingDistribution<'f> {
+        GuidingDistribution { frame: WORLD, directions: Directions::Quadtree(quadtree) }
+    }
+
+    /// A direction in world space; its density is `pdf` of it. `u` chooses where to look, `inside` where within; in a
+    /// quadtree `inside` is for both.
     #[inline]
     pub fn sample(&self, u: f64, inside: [f32; 2]) -> Vec3 {
         let local = match &self.directions {
             Directions::Tree(nodes) => tree::sample(nodes, u, inside),
+            Directions::Quadtree(quadtree) => quadtree.sample(inside),
             Directions::Strata { strata, row } => strata.direction(stratum(strata, row, u), inside),
             Directions::Weighed { strata, ends } => strata.direction(weighed(ends, u), inside),
             Directions::WeighedTree { leaves, ends, .. } => leaves.direction(weighed(ends, u), inside),
@@ -108,6 +123,7 @@ impl<'f> GuidingDistribution<'f> {
         let local = self.frame.to_local(w);
         match &self.directions {
             Directions::Tree(nodes) => tree::pdf(nodes, local),
+            Directions::Quadtree(quadtree) => quadtree.pdf(local),
             Directions::Strata { strata, row } => {
                 let Some(k) = strata.index(local) else { return 0.0 };
                 strata.density(row_pmf(strata, row, k))

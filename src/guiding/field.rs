@@ -1,8 +1,9 @@
-//! The frozen guide: what sampling and pdf read during an iteration, and nothing changes.
+//! The frozen tables: what sampling and pdf read during an iteration, and nothing changes.
 
 use super::distribution::{Directions, GuidingDistribution};
 use super::learner::{Learner, Table};
-use super::qtable::{Actions, Entry, State};
+use super::qtable::{Actions, Entry, Returns, State};
+use super::sdtree::LeafInfo;
 use super::states::{StateKey, States};
 use super::strata::{Domain, Strata};
 use super::tree::{Node, Totals};
@@ -10,7 +11,7 @@ use crate::math::rng::mix;
 use crate::scene::description::GuideSampling;
 use glam::Vec3;
 use rayon::prelude::*;
-use std::f32::consts::FRAC_1_PI;
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// A state with fewer visits knows too little to guide.
 const MIN_VISITS: f32 = 16.0;
@@ -37,7 +38,7 @@ pub struct Use {
 pub struct Summary {
     /// Of the state's frame; zero where the frame is that of each query.
     normal: Vec3,
-    /// First row or node.
+    /// First row or node; of an SD-tree, the leaf.
     first: u32,
     rows: u32,
     /// ∫ Q cosθ dω: the state's irradiance (luminance) from what the table holds.
@@ -56,7 +57,7 @@ pub struct Summary {
 
 /// A snapshot of the table, ready to be drawn from.
 #[derive(Clone, Debug)]
-pub struct Field {
+pub struct TableField {
     states: States,
     table: Table,
     usage: Use,
@@ -99,10 +100,10 @@ enum Row {
     Tree(Vec<Node>),
 }
 
-impl Field {
+impl TableField {
     /// A field that knows nothing yet.
-    pub fn empty(states: States, table: Table, usage: Use) -> Field {
-        Field {
+    pub fn empty(states: States, table: Table, usage: Use) -> TableField {
+        TableField {
             states,
             table,
             usage,
@@ -144,7 +145,7 @@ impl Field {
             first: 0,
             rows,
             irradiance: totals.irradiance,
-            peak: std::f32::consts::TAU * totals.peak,
+            peak: TAU * totals.peak,
             visits: state.visits,
             bsdf_fraction: fraction,
             square: state.returns.square,
@@ -188,7 +189,7 @@ impl Field {
 
     /// The state of a point, as [`States::key`].
     #[inline]
-    pub fn state(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> StateKey {
+    pub fn state(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> Option<StateKey> {
         self.states.key(p, n, jitter)
     }
 
@@ -247,6 +248,37 @@ impl Field {
             + size_of_val(&self.summaries[..])
             + size_of_val(&self.slots[..])
             + self.states.bytes()
+    }
+}
+
+impl Summary {
+    /// What is known of a leaf of an SD-tree in which the given radiance arrives on average over the sphere: its
+    /// irradiance is that of light from everywhere alike.
+    pub(super) fn of_leaf(leaf: &LeafInfo, radiance: f32, bsdf_fraction: f32, returns: &Returns) -> Summary {
+        Summary {
+            normal: Vec3::ZERO,
+            first: leaf.leaf,
+            rows: leaf.nodes as u32,
+            irradiance: PI * radiance,
+            peak: TAU * radiance,
+            visits: leaf.visits as f32,
+            bsdf_fraction,
+            square: returns.square,
+            mean: returns.mean,
+            rays: returns.rays,
+        }
+    }
+
+    /// The leaf of [`Summary::of_leaf`].
+    #[inline]
+    pub(super) fn leaf(&self) -> u32 {
+        self.first
+    }
+
+    /// Whether that leaf has a quadtree.
+    #[inline]
+    pub(super) fn is_known(&self) -> bool {
+        self.rows > 0
     }
 }
 

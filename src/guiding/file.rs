@@ -4,8 +4,8 @@
 //! (`u64`), the body, and the CRC-32 (IEEE 802.3) of all before it. The body is a [`Header`], and then what was learnt,
 //! both in the wire format of the crate `postcard`.
 
-use super::Guide;
 use super::stored::Stored;
+use super::{Guide, Kind};
 use crate::film::atomic::write_atomically;
 use crate::math::rng::mix;
 use crate::scene::description::{DirectionTable, GuidingMethod, GuidingSettings, IntegratorSettings};
@@ -81,7 +81,7 @@ fn settings(guiding: &GuidingSettings, integrator: &IntegratorSettings) -> BTree
     match guiding.method {
         GuidingMethod::Grid => add("guiding.normals", guiding.normals.to_string()),
         GuidingMethod::Adaptive => add("guiding.levels", guiding.levels.to_string()),
-        GuidingMethod::None => None,
+        GuidingMethod::None | GuidingMethod::Voronoi | GuidingMethod::SdTree => None,
     };
     if guiding.table != DirectionTable::Tree {
         add("guiding.strata", guiding.strata.to_string());
@@ -92,6 +92,16 @@ fn settings(guiding: &GuidingSettings, integrator: &IntegratorSettings) -> BTree
     all
 }
 
+/// Whether guides of this method are kept in files.
+pub fn is_stored(method: GuidingMethod) -> bool {
+    matches!(method, GuidingMethod::Grid | GuidingMethod::Adaptive)
+}
+
+/// What to say of the others.
+pub fn unsupported(method: GuidingMethod) -> String {
+    format!("guides of the method {} are not kept in files; those of grid and adaptive are", method.name())
+}
+
 /// Writes a guide, as a whole or not at all. `paths` as in [`Trained`].
 ///
 /// # Errors
@@ -99,7 +109,9 @@ fn settings(guiding: &GuidingSettings, integrator: &IntegratorSettings) -> BTree
 pub fn write(path: &Path, guide: &Guide, subject: &Subject, paths: u64) -> Result<()> {
     let header = Header { subject: subject.clone(), paths };
     let fail = |error: postcard::Error| Error::file(path, format!("the guide cannot be stored: {error}"));
-    let body = postcard::to_stdvec(&(header, guide.stored())).map_err(fail)?;
+    let stored = guide.tables().and_then(|tables| tables.stored());
+    let stored = stored.ok_or_else(|| Error::file(path, unsupported(guide.method())))?;
+    let body = postcard::to_stdvec(&(header, stored)).map_err(fail)?;
     let mut head = [0; HEAD];
     head[..8].copy_from_slice(&MAGIC);
     head[8..12].copy_from_slice(&VERSION.to_le_bytes());
@@ -137,8 +149,15 @@ pub fn read(path: &Path, subject: &Subject, guiding: &GuidingSettings, bounds: (
         return Err(bad(&conflict));
     }
     let (stored, left): (Stored, _) = postcard::take_from_bytes(body).map_err(malformed)?;
-    let mut guide = Guide::new(guiding, bounds).ok_or_else(|| bad("guiding.method is none: no guide is used"))?;
-    guide.restore(stored).map_err(|message| bad(&message))?;
+    if !is_stored(guiding.method) {
+        return Err(bad(&unsupported(guiding.method)));
+    }
+    let guide = Guide::new(guiding, bounds, std::iter::empty());
+    let mut guide = guide.ok_or_else(|| bad("guiding.method is none: no guide is used"))?;
+    match &mut guide.kind {
+        Kind::Tables(tables) => tables.restore(stored).map_err(|message| bad(&message))?,
+        Kind::Leaves(_) => return Err(bad(&unsupported(guiding.method))),
+    }
     let salt = mix(u64::from(checksum(&head, body)));
     if left.is_empty() { Ok(Trained { guide, paths: header.paths, salt }) } else { Err(bad("the guide is malformed")) }
 }

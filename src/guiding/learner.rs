@@ -1,12 +1,14 @@
 //! The learner: folds transitions into the Q-table between rounds, and only there.
 
-use super::qtable::{Actions, Entry, Fraction, Returns, Shard, State};
+use super::qtable::{
+    Actions, Entry, Fraction, Returns, Shard, State, bytes_besides_actions, bytes_of_strata,
+};
 use super::recorder::{Recorder, SHARDS, Transition, shard_of};
-use super::states::StateKey;
+use super::states::{StateKey, States};
 use super::strata::{Domain, Strata};
-use super::tree::{Cells, FAN, TreeShape};
+use super::tree::{Cells, FAN, TreeShape, bytes_per_node};
 use crate::geometry::Frame;
-use crate::scene::description::Rate;
+use crate::scene::description::{DirectionTable, GuidingSettings, Rate};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -18,6 +20,25 @@ pub enum Table {
 }
 
 impl Table {
+    /// The table that the settings ask for.
+    pub fn new(settings: &GuidingSettings) -> Table {
+        match settings.table {
+            DirectionTable::Hemisphere => Table::Strata(Strata::new(Domain::Hemisphere, settings.strata)),
+            DirectionTable::Sphere => Table::Strata(Strata::new(Domain::Sphere, settings.strata)),
+            DirectionTable::Tree => Table::Tree(TreeShape::new(settings.split_share, settings.split_visits)),
+        }
+    }
+
+    /// Bytes that a state takes, learnt and frozen; with a tree of a few nodes, as most are.
+    pub fn usual_bytes(&self) -> usize {
+        const NODES: usize = 4;
+        bytes_besides_actions()
+            + match self {
+                Table::Strata(strata) => bytes_of_strata(strata.count()),
+                Table::Tree(_) => NODES * bytes_per_node(),
+            }
+    }
+
     fn nothing_known(&self) -> Actions {
         match self {
             Table::Strata(strata) => Actions::Strata(vec![Entry::default(); strata.count()]),
@@ -75,12 +96,12 @@ impl Learner {
     ///
     /// Targets were computed from the frozen table, so one visit after the other, Q ← Q + (target − Q)/n, gives
     /// just what one batch update with the vanishing rate w = b/(n + b) would.
-    pub fn fold(&mut self, recorders: &[&Recorder]) {
+    pub fn fold(&mut self, recorders: &[&Recorder], states: &States) {
         let room = self.memory / SHARDS;
         let Learner { shards, table, oriented, rate, .. } = self;
         shards.par_iter_mut().enumerate().for_each(|(k, shard)| {
             for transition in recorders.iter().flat_map(|recorder| recorder.shard(k)) {
-                if shard.get(transition.key).is_none() && !make_room(shard, table, transition, room) {
+                if shard.get(transition.key).is_none() && !make_room(shard, table, transition, states, room) {
                     continue;
                 }
                 let state = shard.get_mut(transition.key).expect("it is there or was made");
@@ -158,6 +179,11 @@ impl Learner {
         self.memory
     }
 
+    /// Changes the bytes that all states together may take, where none is yet.
+    pub fn keep_within(&mut self, memory: usize) {
+        self.memory = memory;
+    }
+
     pub fn get(&self, key: StateKey) -> Option<&State> {
         self.shards[shard_of(key)].get(key)
     }
@@ -173,10 +199,10 @@ impl Learner {
 }
 
 /// Makes a state for a transition, if there is room.
-fn make_room(shard: &mut Shard, table: &Table, transition: &Transition, room: usize) -> bool {
+fn make_room(shard: &mut Shard, table: &Table, transition: &Transition, states: &States, room: usize) -> bool {
     let state = State {
         key: transition.key,
-        normal: transition.normal.unpack(),
+        normal: states.normal(transition.key).unwrap_or_else(|| transition.normal.unpack()),
         actions: table.nothing_known(),
         visits: 0.0,
         fresh: 0.0,
@@ -225,7 +251,8 @@ pub fn in_table(domain: Domain, normal: Vec3, w: Vec3) -> Vec3 {
 }
 
 impl Returns {
-    fn add(&mut self, transition: &Transition) {
+    /// Counts a transition in.
+    pub(super) fn add(&mut self, transition: &Transition) {
         if transition.scattered == 0.0 {
             return;
         }

@@ -2,7 +2,8 @@
 //!
 //! A *state* is where a path vertex lies, an *action* the stratum of the hemisphere into which the path goes on,
 //! Q(s, a) the radiance (luminance) that arrives at s from a. Tiles record transitions, the [`learner`] folds them
-//! into the [`qtable`] between rounds, and a [`Field`] is the frozen snapshot that an iteration samples from.
+//! into the [`qtable`] between rounds, and a [`Field`] is the frozen snapshot that an iteration samples from. An
+//! [`sdtree`] does both in a way of its own.
 //! Nothing here knows of materials, integrators or Embree.
 
 mod direction;
@@ -10,6 +11,8 @@ mod distribution;
 mod field;
 pub mod file;
 pub mod learner;
+mod leaves;
+mod placing;
 pub mod qtable;
 pub mod recorder;
 mod refine;
@@ -18,97 +21,193 @@ pub mod states;
 mod stored;
 pub mod strata;
 mod survey;
+mod tables;
 pub mod tree;
 mod view;
+pub mod voronoi;
 
 pub use direction::PackedDirection;
 pub use distribution::GuidingDistribution;
-pub use field::{Field, Summary};
+pub use field::Summary;
 pub use recorder::{Recorder, Transition};
 pub use states::StateKey;
 pub use survey::{Decade, Survey};
 pub use view::StateView;
 
-use crate::scene::description::{DirectionTable, GuidingMethod, GuidingSettings};
-use field::Use;
+use crate::scene::description::{GuidingMethod, GuidingSettings};
+use field::TableField;
 use glam::Vec3;
-use learner::{Learner, Table};
+use leaves::Leaves;
+use placing::Placing;
 use states::{Adaptive, Grid, States};
-use strata::{Domain, Strata};
-use tree::TreeShape;
+use tables::Tables;
 
 /// A guide: what it has learnt so far, and the snapshot that is in use.
 pub struct Guide {
-    states: States,
-    field: Field,
-    learner: Learner,
-    refinement: refine::Limits,
-    /// An iteration ended, and the next one has not begun to learn: only then do earlier visits fade.
-    ended: bool,
+    method: GuidingMethod,
+    kind: Kind,
+}
+
+enum Kind {
+    Tables(Box<Tables>),
+    Leaves(Box<Leaves>),
 }
 
 impl Guide {
-    /// The guide that the settings ask for; `None` renders without one. `bounds` are the scene's.
-    pub fn new(settings: &GuidingSettings, (low, high): (Vec3, Vec3)) -> Option<Guide> {
-        let states = match settings.method {
+    /// The guide that the settings ask for; `None` renders without one. `bounds` are the scene's, and `triangles` all
+    /// of its surfaces, in world space: Voronoi sites are spread over them where the settings say so.
+    pub fn new(
+        settings: &GuidingSettings,
+        bounds: (Vec3, Vec3),
+        triangles: impl Iterator<Item = [Vec3; 3]> + Clone,
+    ) -> Option<Guide> {
+        let (low, high) = bounds;
+        let tables = |states| Kind::Tables(Box::new(Tables::new(settings, states, None)));
+        let kind = match settings.method {
             GuidingMethod::None => return None,
-            GuidingMethod::Grid => States::Grid(Grid::new(low, high, settings.resolution, settings.normals)),
-            GuidingMethod::Adaptive => States::Adaptive(Adaptive::new(low, high, settings.resolution, settings.levels)),
+            GuidingMethod::Grid => tables(States::Grid(Grid::new(low, high, settings.resolution, settings.normals))),
+            GuidingMethod::Adaptive => {
+                tables(States::Adaptive(Adaptive::new(low, high, settings.resolution, settings.levels)))
+            }
+            GuidingMethod::Voronoi => {
+                let (states, placing) = Placing::begin(settings, triangles);
+                Kind::Tables(Box::new(Tables::new(settings, states, placing)))
+            }
+            GuidingMethod::SdTree => Kind::Leaves(Box::new(Leaves::new(settings, bounds))),
         };
-        let table = match settings.table {
-            DirectionTable::Hemisphere => Table::Strata(Strata::new(Domain::Hemisphere, settings.strata)),
-            DirectionTable::Sphere => Table::Strata(Strata::new(Domain::Sphere, settings.strata)),
-            DirectionTable::Tree => Table::Tree(TreeShape::new(settings.split_share, settings.split_visits)),
-        };
-        let usage = Use {
-            sampling: settings.sampling,
-            bsdf_fraction: settings.bsdf_fraction,
-            learnt_fraction: settings.learned_fraction,
-            compensation: settings.mis_compensation,
-            smoothing: settings.smoothing,
-        };
-        let memory = usize::try_from(settings.memory).unwrap_or(usize::MAX).saturating_sub(states.bytes());
-        let learner = Learner::new(table.clone(), states.oriented(), settings.rate, memory);
-        let field = Field::empty(states.clone(), table, usage);
-        let refinement = refine::Limits { visits: settings.refine_visits, difference: settings.refine_difference };
-        Some(Guide { states, field, learner, refinement, ended: false })
+        Some(Guide { method: settings.method, kind })
+    }
+
+    pub fn method(&self) -> GuidingMethod {
+        self.method
+    }
+
+    /// The tables, where the guide is made of such.
+    fn tables(&self) -> Option<&Tables> {
+        match &self.kind {
+            Kind::Tables(tables) => Some(tables),
+            Kind::Leaves(_) => None,
+        }
     }
 
     /// The snapshot of this iteration.
-    pub fn field(&self) -> &Field {
-        &self.field
+    pub fn field(&self) -> Field<'_> {
+        match &self.kind {
+            Kind::Tables(tables) => Field::Tables(tables.field()),
+            Kind::Leaves(leaves) => Field::Leaves(leaves),
+        }
     }
 
     /// Learns from what tiles recorded, in their order. The snapshot stays as it is.
     pub fn learn(&mut self, recorders: &[&Recorder]) {
-        if std::mem::take(&mut self.ended) {
-            self.learner.fade();
+        match &mut self.kind {
+            Kind::Tables(tables) => tables.learn(recorders),
+            Kind::Leaves(leaves) => leaves.learn(recorders),
         }
-        self.learner.fold(recorders);
     }
 
     /// What was learnt so far becomes the snapshot, in the middle of an iteration: the paper's on-line updates.
+    ///
+    /// Of tables only: an SD-tree takes its snapshots of whole iterations, and stays as it is.
     pub fn refresh(&mut self) {
-        self.field.freeze(&self.states, &self.learner);
-    }
-
-    /// Ends an iteration: states and tables are refined, and what was learnt becomes the next snapshot.
-    pub fn end_iteration(&mut self) {
-        if let States::Adaptive(adaptive) = &mut self.states {
-            refine::refine(adaptive, &mut self.learner, self.refinement);
+        match &mut self.kind {
+            Kind::Tables(tables) => tables.refresh(),
+            Kind::Leaves(_) => (),
         }
-        self.learner.refine_actions();
-        self.refresh();
-        self.ended = true;
     }
 
-    /// States that were ever met.
+    /// Ends an iteration of `spp` samples per pixel: states and tables are refined, and what was learnt becomes the
+    /// next snapshot.
+    pub fn end_iteration(&mut self, spp: u32) {
+        match &mut self.kind {
+            Kind::Tables(tables) => tables.end_iteration(),
+            Kind::Leaves(leaves) => leaves.end_iteration(spp),
+        }
+    }
+
+    /// States that were ever met; of an SD-tree, all leaves.
     pub fn states(&self) -> usize {
-        self.learner.states().count()
+        match &self.kind {
+            Kind::Tables(tables) => tables.states(),
+            Kind::Leaves(leaves) => leaves.tree().leaves(),
+        }
     }
 
     /// Bytes of table and snapshot.
     pub fn bytes(&self) -> usize {
-        self.learner.bytes() + self.states.bytes()
+        match &self.kind {
+            Kind::Tables(tables) => tables.bytes(),
+            Kind::Leaves(leaves) => leaves.bytes(),
+        }
+    }
+}
+
+/// The frozen guide: what sampling and pdf read during an iteration.
+#[derive(Clone, Copy)]
+pub enum Field<'a> {
+    Tables(&'a TableField),
+    Leaves(&'a Leaves),
+}
+
+/// The states of a path vertex. Of tables both are the same; an SD-tree's filter moves only what is recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// What to draw from.
+    pub drawn: StateKey,
+    /// Where to record what was found.
+    pub recorded: StateKey,
+}
+
+impl<'a> Field<'a> {
+    /// The states of the point `p` with unit normal `n` on the side of the path. `jitter`, in [0, 1)³, blends
+    /// neighbouring states; 0.5 everywhere leaves the point where it is. Tables use two of its numbers. `None` while
+    /// there are no states: sites are still to be placed, at points that [`Recorder::push_point`] takes.
+    #[inline]
+    pub fn place(self, p: Vec3, n: Vec3, jitter: [f32; 3]) -> Option<Place> {
+        match self {
+            Field::Tables(tables) => {
+                let key = tables.state(p, n, [jitter[0], jitter[1]])?;
+                Some(Place { drawn: key, recorded: key })
+            }
+            Field::Leaves(leaves) => Some(Place { drawn: leaves.drawn(p), recorded: leaves.recorded(p, jitter) }),
+        }
+    }
+
+    /// What is known of a state, where that is enough.
+    #[inline]
+    pub fn summary(self, key: StateKey) -> Option<&'a Summary> {
+        match self {
+            Field::Tables(tables) => tables.summary(key),
+            Field::Leaves(leaves) => leaves.summary(key),
+        }
+    }
+
+    /// Where to go on at a point with the normal `n`, on the side of the path, of a state of which `summary` is known.
+    #[inline]
+    pub fn distribution(self, summary: &Summary, n: Vec3) -> GuidingDistribution<'a> {
+        match self {
+            Field::Tables(tables) => tables.distribution(summary, n),
+            Field::Leaves(leaves) => leaves.distribution(summary),
+        }
+    }
+
+    /// States that can be drawn from.
+    pub fn len(self) -> usize {
+        match self {
+            Field::Tables(tables) => tables.len(),
+            Field::Leaves(leaves) => leaves.known(),
+        }
+    }
+
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    /// Bytes of the snapshot; of an SD-tree, which learns in place, of all of it.
+    pub fn bytes(self) -> usize {
+        match self {
+            Field::Tables(tables) => tables.bytes(),
+            Field::Leaves(leaves) => leaves.bytes(),
+        }
     }
 }

@@ -36,7 +36,7 @@ pub enum Actions {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     pub key: StateKey,
-    /// The normal of the first visit; the table of an oriented state is held in the frame about it.
+    /// The normal of the state's site, or else of the first visit; the table of an oriented state is held in the frame about it.
     pub normal: Vec3,
     pub actions: Actions,
     /// Weight of all visits.

@@ -3,6 +3,7 @@
 use super::direction::PackedDirection;
 use super::states::StateKey;
 use crate::math::rng::mix;
+use glam::Vec3;
 
 /// Shards of the table that are updated in parallel. Fixed, so that no result depends on the number of threads.
 pub const SHARDS: usize = 32;
@@ -38,11 +39,12 @@ pub struct Transition {
 #[derive(Debug)]
 pub struct Recorder {
     shards: Vec<Vec<Transition>>,
+    points: Vec<(Vec3, Vec3)>,
 }
 
 impl Recorder {
     pub fn new() -> Recorder {
-        Recorder { shards: (0..SHARDS).map(|_| Vec::new()).collect() }
+        Recorder { shards: (0..SHARDS).map(|_| Vec::new()).collect(), points: Vec::new() }
     }
 
     #[inline]
@@ -50,10 +52,22 @@ impl Recorder {
         self.shards[shard_of(transition.key)].push(transition);
     }
 
+    /// Takes a path vertex, and its unit normal on the side of the path, that sites may be placed by.
+    #[inline]
+    pub fn push_point(&mut self, p: Vec3, n: Vec3) {
+        self.points.push((p, n));
+    }
+
+    /// Vertices of [`Recorder::push_point`], in their order.
+    pub fn points(&self) -> &[(Vec3, Vec3)] {
+        &self.points
+    }
+
     pub fn shard(&self, shard: usize) -> &[Transition] {
         &self.shards[shard]
     }
 
+    /// Transitions recorded.
     pub fn len(&self) -> usize {
         self.shards.iter().map(Vec::len).sum()
     }

@@ -1,9 +1,9 @@
 //! What of a guide outlives a render: all that it has learnt, and nothing that can be made of that again.
 
-use super::Guide;
 use super::learner::{Learner, Table};
 use super::qtable::{Actions, State};
 use super::states::States;
+use super::tables::Tables;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -22,14 +22,16 @@ pub(super) struct StoredTable<'g> {
     ended: bool,
 }
 
-impl Guide {
-    pub(super) fn stored(&self) -> Stored<'_> {
+impl Tables {
+    /// `None` for states that are not kept in files: Voronoi sites.
+    pub(super) fn stored(&self) -> Option<Stored<'_>> {
         let levels = match &self.states {
             States::Grid(_) => &[],
             States::Adaptive(adaptive) => adaptive.levels(),
+            States::Voronoi(_) => return None,
         };
         let shards = self.learner.shards().iter().map(|shard| Cow::Borrowed(shard.states())).collect();
-        Stored::Table(StoredTable { levels: Cow::Borrowed(levels), shards, ended: self.ended })
+        Some(Stored::Table(StoredTable { levels: Cow::Borrowed(levels), shards, ended: self.ended }))
     }
 
     /// Puts back what an empty guide of the same settings has learnt; its snapshot is then that of the guide that was
@@ -42,6 +44,7 @@ impl Guide {
         let levels_fit = match &mut self.states {
             States::Grid(_) => levels.is_empty(),
             States::Adaptive(adaptive) => adaptive.set_levels(levels.into_owned()),
+            States::Voronoi(_) => false,
         };
         if !levels_fit {
             return Err("its cells are not those of this grid".into());

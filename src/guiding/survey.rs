@@ -1,7 +1,8 @@
 //! How large a guide is, and how well known.
 
-use super::Guide;
 use super::qtable::{Actions, State};
+use super::sdtree::LeafInfo;
+use super::{Guide, Kind};
 use serde::Serialize;
 
 /// Figures over all states of a guide.
@@ -33,22 +34,59 @@ pub struct Decade {
     pub states: usize,
 }
 
+/// A state's figures.
+struct Figures {
+    bytes: usize,
+    nodes: usize,
+    met: bool,
+    usable: bool,
+    visits: f32,
+}
+
 impl Guide {
     pub fn survey(&self) -> Survey {
-        let states: Vec<&State> = self.learner.states().collect();
-        let count = |holds: &dyn Fn(&State) -> bool| states.iter().filter(|state| holds(state)).count();
+        let states = self.figures();
+        let count = |holds: &dyn Fn(&Figures) -> bool| states.iter().filter(|state| holds(state)).count();
         let share = |n: usize| if states.is_empty() { 0.0 } else { n as f64 / states.len() as f64 };
-        let sizes = || states.iter().map(|state| state.bytes());
+        let sizes = || states.iter().map(|state| state.bytes);
         Survey {
             states: states.len(),
             mean_bytes: if states.is_empty() { 0.0 } else { sizes().sum::<usize>() as f64 / states.len() as f64 },
             min_bytes: sizes().min().unwrap_or(0),
             max_bytes: sizes().max().unwrap_or(0),
             bytes: self.bytes(),
-            tree_nodes: states.iter().map(|state| nodes(state)).sum(),
-            not_met_share: share(count(&|state| state.fresh == 0.0)),
-            unusable_share: share(count(&|state| self.field.summary(state.key).is_none())),
+            tree_nodes: states.iter().map(|state| state.nodes).sum(),
+            not_met_share: share(count(&|state| !state.met)),
+            unusable_share: share(count(&|state| !state.usable)),
             visits: decades(states.iter().map(|state| state.visits)),
+        }
+    }
+
+    fn figures(&self) -> Vec<Figures> {
+        match &self.kind {
+            Kind::Tables(tables) => {
+                let figures = |state: &State| Figures {
+                    bytes: state.bytes(),
+                    nodes: nodes(state),
+                    met: state.fresh > 0.0,
+                    usable: tables.field().summary(state.key).is_some(),
+                    visits: state.visits,
+                };
+                tables.learner.states().map(figures).collect()
+            }
+            Kind::Leaves(leaves) => {
+                let all: Vec<LeafInfo> = leaves.tree().inspect().collect();
+                let whole = all.iter().map(|leaf| leaf.nodes as usize).sum::<usize>().max(1);
+                let figures = |leaf: &LeafInfo| Figures {
+                    // its part of the whole tree, by its nodes
+                    bytes: leaves.bytes() * leaf.nodes as usize / whole,
+                    nodes: leaf.nodes as usize,
+                    met: leaf.visits > 0.0,
+                    usable: leaves.tree().distribution(leaf.leaf).is_some(),
+                    visits: leaf.visits as f32,
+                };
+                all.iter().map(figures).collect()
+            }
         }
     }
 }

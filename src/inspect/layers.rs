@@ -53,9 +53,9 @@ impl Layers {
 impl Pixel {
     fn new(scene: &Scene, guide: &Guide, x: u32, y: u32) -> Pixel {
         let Some(seen) = Seen::through(scene, x, y) else { return Pixel::default() };
-        let key = seen.state(guide);
+        let Some(key) = seen.state(guide) else { return Pixel::default() };
         let Some(visits) = guide.visits(key) else { return Pixel::default() };
-        let known = guide.field().summary(key).filter(|_| Mixture::guides(&seen.bsdf));
+        let known = guide.field().summary(key).filter(|_| Mixture::guides(&seen.bsdf, false));
         Pixel { fraction: known.map_or(0.0, |summary| 1.0 - summary.bsdf_fraction), visits, state: Some(key) }
     }
 }

@@ -54,8 +54,8 @@ impl<'s> Seen<'s> {
         self.si.facing(self.wo)
     }
 
-    /// The guide's state there, without jitter.
-    pub fn state(&self, guide: &Guide) -> StateKey {
-        guide.field().state(self.si.p, self.normal(), [0.5; 2])
+    /// The guide's state there, without jitter; `None` while there are no states.
+    pub fn state(&self, guide: &Guide) -> Option<StateKey> {
+        guide.field().place(self.si.p, self.normal(), [0.5; 3]).map(|place| place.drawn)
     }
 }

@@ -68,7 +68,7 @@ impl Radiance {
         samples: u32,
         seed: u64,
     ) -> Radiance {
-        let view = guide.view(seen.state(guide));
+        let view = seen.state(guide).and_then(|key| guide.view(key));
         let normal = view.as_ref().and_then(StateView::normal).unwrap_or(seen.normal());
         let tracer = Tracer {
             integrator: PathIntegrator { scene, settings, guide: None, seed, features: false },
@@ -160,7 +160,8 @@ impl Tracer<'_> {
 
 /// What paths go on by at the point, as the guide now is.
 fn mixture<'a>(guide: &'a Guide, seen: &'a Seen<'a>) -> Mixture<'a> {
-    let summary = guide.field().summary(seen.state(guide)).filter(|_| Mixture::guides(&seen.bsdf));
+    let summary = seen.state(guide).and_then(|key| guide.field().summary(key));
+    let summary = summary.filter(|_| Mixture::guides(&seen.bsdf, false));
     let distribution = summary.map(|summary| guide.field().distribution(summary, seen.normal()));
     Mixture::new(&seen.bsdf, distribution, summary.map_or(1.0, |summary| summary.bsdf_fraction))
 }

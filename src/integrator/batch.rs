@@ -5,6 +5,7 @@ use crate::embree::{HitBatch, ShadowBatch};
 use crate::film::tile::{Features, Tile, TileSamples};
 use crate::guiding::Recorder;
 use crate::math::{Rgb, rng::Rng};
+use glam::Vec3;
 use std::time::Duration;
 
 /// A tile and the samples to take of each of its pixels.
@@ -115,6 +116,8 @@ pub struct Batch {
     /// Vertices by wave, where something is learnt.
     pub(super) vertices: Vec<Vec<Vertex>>,
     pub(super) followed: [Vec<Followed>; 2],
+    /// Vertices with their normals, while the guide has no sites.
+    pub(super) points: Vec<(Vec3, Vec3)>,
     pub(super) radiance: Vec<Rgb>,
     pub(super) features: Vec<Features>,
 }
@@ -128,6 +131,7 @@ impl Batch {
             next_events: NextEvents::default(),
             vertices: Vec::new(),
             followed: Default::default(),
+            points: Vec::new(),
             radiance: Vec::new(),
             features: Vec::new(),
         }

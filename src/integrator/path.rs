@@ -35,7 +35,7 @@ pub struct PathIntegrator<'a> {
 /// How the guide takes part.
 #[derive(Clone, Copy)]
 pub struct GuideUse<'a> {
-    pub field: &'a Field,
+    pub field: Field<'a>,
     pub settings: &'a GuidingSettings,
     /// Whether transitions are recorded.
     pub learn: bool,
@@ -45,6 +45,7 @@ pub struct GuideUse<'a> {
 
 /// What the guide knows of a vertex.
 struct Guided<'a> {
+    /// Where to record.
     key: StateKey,
     /// Shading normal on the side of the path.
     normal: Vec3,
@@ -61,7 +62,7 @@ impl PathIntegrator<'_> {
             batch,
             counters: Counters { paths: task.paths() as u64, ..Counters::default() },
             learn: self.guide.is_some_and(|g| g.learn),
-            jitter: [0.5; 2],
+            jitter: [0.5; 3],
         };
         walk.generate();
         walk.advance(1);
@@ -97,7 +98,7 @@ impl PathIntegrator<'_> {
             batch.wave.paths.push(Continuation { slot, throughput: Rgb::ONE, rng, pdf, analog: 1.0, arrival: None });
         }
         let counters = Counters::default();
-        let mut walk = Walk { integrator: self, task: &task, batch, counters, learn: false, jitter: [0.5; 2] };
+        let mut walk = Walk { integrator: self, task: &task, batch, counters, learn: false, jitter: [0.5; 3] };
         walk.advance(2);
         walk.batch.radiance.clone()
     }
@@ -113,7 +114,7 @@ struct Walk<'a, 'b> {
     /// Moves the wave's look-ups in the guide. One jitter serves a whole wave: neighbours then read the same tables,
     /// which stay in the cache, and what blends tables is the next wave's jitter. Drawn from numbers of its own, it
     /// knows nothing of the paths, and so cannot bias them.
-    jitter: [f32; 2],
+    jitter: [f32; 3],
 }
 
 impl<'a> Walk<'a, '_> {
@@ -145,7 +146,7 @@ impl<'a> Walk<'a, '_> {
         let mut jitter = self.jitter_numbers();
         while !self.batch.wave.rays.is_empty() {
             if self.integrator.guide.is_some_and(|g| g.settings.jitter) {
-                self.jitter = jitter.f32x2();
+                self.jitter = [jitter.f32(), jitter.f32(), jitter.f32()];
             }
             if self.learn && self.batch.vertices.len() < depth {
                 self.batch.vertices.push(Vec::new());
@@ -262,10 +263,15 @@ impl<'a> Walk<'a, '_> {
         let guide = self.integrator.guide.filter(|_| bsdf.has_smooth())?;
         self.counters.guide_queries += 1;
         let normal = si.facing(wo);
-        let key = guide.field.state(si.p, normal, self.jitter);
-        let summary = guide.field.summary(key);
+        let Some(place) = guide.field.place(si.p, normal, self.jitter) else {
+            if self.learn {
+                self.batch.points.push((si.p, normal));
+            }
+            return None;
+        };
+        let summary = guide.field.summary(place.drawn);
         self.counters.guide_hits += summary.is_some() as u64;
-        Some(Guided { key, normal, summary })
+        Some(Guided { key: place.recorded, normal, summary })
     }
 
     #[inline]
@@ -305,7 +311,7 @@ impl<'a> Walk<'a, '_> {
         let guide = self.integrator.guide.filter(|_| self.learn)?.settings;
         let (summary, reflectance) = (summary?, bsdf.lambertian()?);
         let known = (summary.irradiance, summary.peak, summary.visits);
-        Expectation::new(guide.rule, guide.blend_visits, known, reflectance)
+        Expectation::new(guide.rule_in_use(), guide.blend_visits, known, reflectance)
     }
 
     /// Expected number of paths that go on. The throughput's roulette goes by the share of light that scattering leaves
@@ -439,6 +445,7 @@ impl<'a> Walk<'a, '_> {
         let mut recorder = Recorder::new();
         let b = &mut *self.batch;
         backup::record(&b.vertices, &mut b.followed, &mut recorder);
+        b.points.drain(..).for_each(|(p, n)| recorder.push_point(p, n));
         b.vertices.iter_mut().for_each(Vec::clear);
         Some(recorder)
     }

@@ -118,7 +118,7 @@ impl<'a> Driver<'a> {
             settings,
             tiling: Tiling::new(width, height),
             film: Film::new(width, height, settings.render.combine),
-            guide: from.or_else(|| Guide::new(&settings.guiding, scene.bounds())),
+            guide: from.or_else(|| Guide::new(&settings.guiding, scene.bounds(), scene.facets())),
             keep,
             learnt_paths,
             seed: settings.render.seed ^ salt,
@@ -185,8 +185,9 @@ impl<'a> Driver<'a> {
         }
         if let Some(guide) = self.guide.as_mut().filter(|_| learn && (go_on || self.keep)) {
             // An iteration that was cut short says too little of where states are to be refined or dropped.
-            let end = if report.samples >= samples / 2 { Guide::end_iteration } else { Guide::refresh };
-            report.learn_seconds += timed(|| end(guide)).as_secs_f64();
+            let whole = report.samples >= samples / 2;
+            let end = || if whole { guide.end_iteration(report.samples) } else { guide.refresh() };
+            report.learn_seconds += timed(end).as_secs_f64();
             self.learnt_paths = self.learnt_paths.max(report.counters.paths);
         }
         if self.guide.is_some() && go_on && self.settings.integrator.roulette == Roulette::Guided {

@@ -267,13 +267,24 @@ pub struct GuidingSettings {
     pub sampling: GuideSampling,
     /// Share of directions drawn from the BSDF, in (0, 1]. Below 1 the mixture is defensive.
     pub bsdf_fraction: f32,
-    /// That share is learnt, state by state, beginning at one half.
-    pub learned_fraction: bool,
+    /// That share is learnt, state by state; tables begin at one half, an SD-tree at `bsdf_fraction`. `None` stands for
+    /// what is usual: an SD-tree learns it (Müller 2019), tables do not.
+    pub learned_fraction: Option<bool>,
+    /// Voronoi sites; 0 stands for as many as the memory has room for, which is the most in any case.
+    pub sites: u32,
+    pub placement: Placement,
+    /// Of an SD-tree: a leaf is halved that got more than this many samples, times √(spp/4), in an iteration of spp
+    /// samples per pixel.
+    pub leaf_samples: f32,
+    /// Of an SD-tree: share of a leaf's energy from which a cell of directions is divided.
+    pub rho: f32,
+    /// Of an SD-tree: records spread over a box as large as their cell of directions.
+    pub directional_filter: bool,
     /// The guide leaves out what the BSDF's share of directions already covers.
     pub mis_compensation: bool,
     /// Share that a stratum's neighbours have in its estimate, in [0, 1).
     pub smoothing: f32,
-    /// Look-ups are moved at random along the surface, so that neighbouring states blend.
+    /// Look-ups are moved at random along the surface, so that neighbouring states blend; in an SD-tree, records are.
     pub jitter: bool,
     /// Bytes that tables and counts may take; beyond it no state is added.
     pub memory: u64,
@@ -298,12 +309,29 @@ impl Default for GuidingSettings {
             updates: Updates::Frozen,
             sampling: GuideSampling::QCos,
             bsdf_fraction: 0.5,
-            learned_fraction: true,
+            learned_fraction: None,
+            sites: 16_384,
+            placement: Placement::Paths,
+            leaf_samples: 12_000.0,
+            rho: 0.01,
+            directional_filter: true,
             mis_compensation: false,
             smoothing: 0.0,
             jitter: true,
             memory: 256 << 20,
         }
+    }
+}
+
+impl GuidingSettings {
+    /// Whether the share of directions drawn from the BSDF is learnt.
+    pub fn learns_fraction(&self) -> bool {
+        self.learned_fraction.unwrap_or(matches!(self.method, GuidingMethod::Adaptive | GuidingMethod::SdTree))
+    }
+
+    /// What is learnt of a path that went on: an SD-tree learns from whole paths, the rule is one of tables.
+    pub fn rule_in_use(&self) -> LearningRule {
+        if self.method == GuidingMethod::SdTree { LearningRule::MonteCarlo } else { self.rule }
     }
 }
 
@@ -315,6 +343,35 @@ pub enum GuidingMethod {
     Grid,
     /// Cells that refine where it pays.
     Adaptive,
+    /// Sites on the surfaces, and what is nearest to each (Dahm & Keller 2017).
+    Voronoi,
+    /// Leaves of a spatial tree, each with a quadtree of directions in place of a table (Müller et al. 2017).
+    SdTree,
+}
+
+impl GuidingMethod {
+    /// All of them, by the names that scene files have for them.
+    pub const NAMES: [(&'static str, GuidingMethod); 5] = [
+        ("adaptive", GuidingMethod::Adaptive),
+        ("grid", GuidingMethod::Grid),
+        ("voronoi", GuidingMethod::Voronoi),
+        ("sdtree", GuidingMethod::SdTree),
+        ("none", GuidingMethod::None),
+    ];
+
+    pub fn name(self) -> &'static str {
+        let named = GuidingMethod::NAMES.iter().find(|(_, method)| *method == self);
+        named.expect("all have names").0
+    }
+}
+
+/// Where Voronoi sites are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Placement {
+    /// Where the paths of the first iteration went: as dense as they are.
+    Paths,
+    /// On both sides of all surfaces, evenly by area.
+    Area,
 }
 
 /// How the directions of a state are told apart.

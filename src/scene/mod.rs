@@ -80,6 +80,12 @@ impl Scene {
         self.meshes.iter().map(|mesh| mesh.triangles.len()).sum()
     }
 
+    /// The corners of all triangles in world space, counter-clockwise seen from outside, mesh by mesh.
+    pub fn facets(&self) -> impl Iterator<Item = [Vec3; 3]> + Clone + '_ {
+        let corners = |mesh: &Mesh, triangle: &[u32; 3]| triangle.map(|i| Vec3::from(mesh.positions[i as usize]));
+        self.meshes.iter().flat_map(move |mesh| mesh.triangles.iter().map(move |triangle| corners(mesh, triangle)))
+    }
+
     /// Tells scenes apart: a hash over geometry, materials, lights and camera, in hexadecimal.
     pub fn hash_text(&self) -> String {
         format!("{:016x}", self.hash)

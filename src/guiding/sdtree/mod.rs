@@ -41,6 +41,8 @@ pub struct SdTreeSettings {
     pub learned_fraction: bool,
     /// Fraction of directions drawn from the BSDF, in [0, 1]; where it is learnt, the one to start from.
     pub fraction: f32,
+    /// Bytes that whoever uses the tree keeps for each of its leaves; they count as the tree's own.
+    pub bytes_beside: usize,
 }
 
 impl Default for SdTreeSettings {
@@ -53,6 +55,7 @@ impl Default for SdTreeSettings {
             directional_filter: true,
             learned_fraction: true,
             fraction: 0.5,
+            bytes_beside: 0,
         }
     }
 }
@@ -208,10 +211,12 @@ impl SdTree {
     /// Ends an iteration of `spp` samples per pixel: what was learnt becomes the snapshot, quadtrees take the form of
     /// their energy, and leaves with more than c·√(spp/4) samples are halved. That is c·√(2^k) for iteration k of
     /// 4·2^k samples (2017), and the rule of 2019 for iterations that start with 1.
-    pub fn end_iteration(&mut self, spp: f32) {
+    ///
+    /// Returns, for each new leaf in the order of their numbers, the leaf that it was a half of.
+    pub fn end_iteration(&mut self, spp: f32) -> Vec<u32> {
         self.freeze();
         self.refine();
-        self.split(self.settings.split as f64 * (spp as f64 / 4.0).sqrt());
+        self.split(self.settings.split as f64 * (spp as f64 / 4.0).sqrt())
     }
 
     /// Leaves of the spatial tree.
@@ -224,11 +229,13 @@ impl SdTree {
         self.nodes.len()
     }
 
-    /// Bytes of all of it: the snapshot, and what is being learnt. (A `fold` sorts a copy of its samples.)
+    /// Bytes of all of it: the snapshot, what is being learnt, and [`SdTreeSettings::bytes_beside`]. (A `fold` sorts
+    /// a copy of its samples.)
     pub fn bytes(&self) -> u64 {
         let quadtrees: usize = self.learners.iter().map(|learner| learner.quadtree.bytes()).sum();
         let leaves = self.frozen.capacity() * size_of::<Frozen>() + self.learners.capacity() * size_of::<Learner>();
-        (self.spatial.bytes() + leaves + self.nodes.capacity() * size_of::<Node>() + quadtrees) as u64
+        let beside = self.frozen.len() * self.settings.bytes_beside;
+        (self.spatial.bytes() + leaves + beside + self.nodes.capacity() * size_of::<Node>() + quadtrees) as u64
     }
 
     /// All leaves, in the order of space.

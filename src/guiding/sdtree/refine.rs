@@ -51,7 +51,10 @@ impl SdTree {
         let forms = loop {
             let refined = |learner: &Learner| learner.quadtree.refined(fineness);
             let forms: Vec<Vec<Branch>> = self.learners.par_iter().map(refined).collect();
-            let sizes = forms.iter().zip(&self.frozen).map(|(form, frozen)| leaf_bytes(form.len(), frozen.nodes));
+            let sizes = forms
+                .iter()
+                .zip(&self.frozen)
+                .map(|(form, frozen)| leaf_bytes(&self.settings, form.len(), frozen.nodes));
             // beyond 1, ρ divides nothing
             if ROOT_BYTES + sizes.sum::<u64>() <= self.memory || fineness.rho >= 1.0 {
                 break forms;
@@ -64,28 +67,32 @@ impl SdTree {
         });
     }
 
-    /// Halves the leaves that got more than `most` samples, the fullest first, while there is room.
-    pub(super) fn split(&mut self, most: f64) {
+    /// Halves the leaves that got more than `most` samples, the fullest first, while there is room. Returns which leaf
+    /// each new one is a half of.
+    pub(super) fn split(&mut self, most: f64) -> Vec<u32> {
         let room = (self.memory as f64 * SPLIT_SHARE) as u64;
-        let sizes =
-            self.learners.iter().zip(&self.frozen).map(|(l, frozen)| leaf_bytes(l.quadtree.nodes(), frozen.nodes));
+        let bytes = |l: &Learner, frozen: &Frozen| leaf_bytes(&self.settings, l.quadtree.nodes(), frozen.nodes);
+        let sizes = self.learners.iter().zip(&self.frozen).map(|(l, frozen)| bytes(l, frozen));
         let mut used = ROOT_BYTES + sizes.sum::<u64>();
         // positive floats are ordered as their bits are
         let entry = |leaf: usize, learner: &Learner| (learner.last_visits.to_bits(), Reverse(leaf));
         let mut open: BinaryHeap<_> = self.learners.iter().enumerate().map(|(i, l)| entry(i, l)).collect();
+        let mut parents = Vec::new();
         while let Some((visits, Reverse(leaf))) = open.pop() {
-            used += leaf_bytes(self.learners[leaf].quadtree.nodes(), self.frozen[leaf].nodes);
+            used += leaf_bytes(&self.settings, self.learners[leaf].quadtree.nodes(), self.frozen[leaf].nodes);
             if f64::from_bits(visits) <= most || used > room {
                 break;
             }
             if self.learners[leaf].depth < MAX_DEPTH {
                 let other = self.halve(leaf);
+                parents.push(leaf as u32);
                 open.extend([leaf, other].map(|half| entry(half, &self.learners[half])));
             }
         }
         self.spatial.shrink();
         self.frozen.shrink_to_fit();
         self.learners.shrink_to_fit();
+        parents
     }
 
     /// Halves a leaf; both halves begin as copies of it, with half of its samples. Returns the new one.
@@ -105,10 +112,10 @@ impl SdTree {
 
 /// Bytes to set aside for a leaf whose next quadtree has `nodes`: that one, the `frozen` nodes that it has or will
 /// have to itself, and the one that is written next, while the other is still there.
-fn leaf_bytes(nodes: usize, frozen: u32) -> u64 {
+fn leaf_bytes(settings: &SdTreeSettings, nodes: usize, frozen: u32) -> u64 {
     let now = frozen.max(1) as usize;
     let snapshots = (now + now.max(nodes)) * size_of::<Node>();
-    (LEAF_BYTES + nodes * Building::BYTES + snapshots) as u64
+    (LEAF_BYTES + settings.bytes_beside + nodes * Building::BYTES + snapshots) as u64
 }
 
 /// The nodes of each leaf.
@@ -126,7 +133,7 @@ pub(super) fn untrained(settings: &SdTreeSettings, memory: u64) -> Building {
     let mut fineness = Fineness::of(settings);
     loop {
         let quadtree = Building::uniform(fineness);
-        if ROOT_BYTES + leaf_bytes(quadtree.nodes(), 0) <= memory || fineness.rho >= 1.0 {
+        if ROOT_BYTES + leaf_bytes(settings, quadtree.nodes(), 0) <= memory || fineness.rho >= 1.0 {
             return quadtree;
         }
         fineness.rho *= 2.0;

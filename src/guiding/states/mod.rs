@@ -6,9 +6,11 @@ mod grid;
 pub use adaptive::Adaptive;
 pub use grid::Grid;
 
+use super::voronoi::Voronoi;
 use crate::geometry::Frame;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Names a state; it is the same whoever asks, so a state needs no table to be known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -19,17 +21,20 @@ pub struct StateKey(pub u64);
 pub enum States {
     Grid(Grid),
     Adaptive(Adaptive),
+    /// `None` until there are sites.
+    Voronoi(Option<Arc<Voronoi>>),
 }
 
 impl States {
     /// The state of point `p` with unit normal `n` on the side of the path. `jitter`, in [0, 1)², moves the point by up
     /// to half a state's extent along the surface: neighbouring tables blend over many queries, as in the stochastic
-    /// filter of Müller (2019), and no query costs more than one look-up.
+    /// filter of Müller (2019), and no query costs more than one look-up. `None` while there are no sites.
     #[inline]
-    pub fn key(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> StateKey {
+    pub fn key(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> Option<StateKey> {
         match self {
-            States::Grid(grid) => grid.key(p, n, jitter),
-            States::Adaptive(adaptive) => adaptive.key(p, n, jitter),
+            States::Grid(grid) => Some(grid.key(p, n, jitter)),
+            States::Adaptive(adaptive) => Some(adaptive.key(p, n, jitter)),
+            States::Voronoi(voronoi) => Some(StateKey(voronoi.as_ref()?.state(p, n, jitter) as u64)),
         }
     }
 
@@ -37,7 +42,7 @@ impl States {
     pub fn oriented(&self) -> bool {
         match self {
             States::Grid(grid) => grid.oriented(),
-            States::Adaptive(_) => true,
+            States::Adaptive(_) | States::Voronoi(_) => true,
         }
     }
 
@@ -46,6 +51,7 @@ impl States {
         match self {
             States::Grid(_) => key.0 >> (3 * POSITION_BITS + NORMAL_BITS) == 0,
             States::Adaptive(adaptive) => adaptive.holds(key),
+            States::Voronoi(voronoi) => voronoi.as_ref().is_some_and(|voronoi| key.0 < voronoi.len() as u64),
         }
     }
 
@@ -53,6 +59,15 @@ impl States {
         match self {
             States::Grid(_) => 0,
             States::Adaptive(adaptive) => adaptive.bytes(),
+            States::Voronoi(voronoi) => voronoi.as_ref().map_or(0, |voronoi| voronoi.bytes()),
+        }
+    }
+
+    /// The normal about which a state's table is held, where that is not the one of its first visit.
+    pub fn normal(&self, key: StateKey) -> Option<Vec3> {
+        match self {
+            States::Voronoi(Some(voronoi)) => Some(voronoi.frame(key.0 as u32).n),
+            _ => None,
         }
     }
 }
@@ -67,7 +82,8 @@ fn jittered(p: Vec3, n: Vec3, jitter: [f32; 2]) -> Vec3 {
 /// Bits for each coordinate of a cell.
 const POSITION_BITS: u32 = 17;
 /// Each face of the normals' cube is cut into `FACE`² bins; an odd number keeps an axis at a bin's centre.
-const FACE: i32 = 3;
+pub(super) const FACE: i32 = 3;
+pub(super) const NORMALS: usize = 6 * (FACE * FACE) as usize;
 const NORMAL_BITS: u32 = 6;
 
 /// A key from the cell that holds `cell`, and a normal's bin. Casts saturate and the border is kept: far outside of
@@ -83,7 +99,7 @@ fn pack(cell: Vec3, bin: usize) -> u64 {
 
 /// The face of the cube that `n` points through, and the part of that face.
 #[inline]
-fn normal_bin(n: Vec3) -> usize {
+pub(super) fn normal_bin(n: Vec3) -> usize {
     let a = n.abs();
     let (face, major, x, y) = if a.x >= a.y && a.x >= a.z {
         (if n.x < 0.0 { 1 } else { 0 }, a.x, n.y, n.z)
@@ -94,6 +110,19 @@ fn normal_bin(n: Vec3) -> usize {
     };
     let part = |v: f32| (((v / major + 1.0) * (0.5 * FACE as f32)) as i32).clamp(0, FACE - 1);
     ((face * FACE + part(x)) * FACE + part(y)) as usize
+}
+
+/// Unit vector through the centre of a bin.
+pub(super) fn bin_normal(bin: usize) -> Vec3 {
+    let (face, x, y) = (bin as i32 / (FACE * FACE), bin as i32 / FACE % FACE, bin as i32 % FACE);
+    let centre = |i: i32| (2 * i + 1) as f32 / FACE as f32 - 1.0;
+    let (x, y, sign) = (centre(x), centre(y), if face % 2 == 0 { 1.0 } else { -1.0 });
+    match face / 2 {
+        0 => Vec3::new(sign, x, y),
+        1 => Vec3::new(x, sign, y),
+        _ => Vec3::new(x, y, sign),
+    }
+    .normalize()
 }
 
 /// Where a grid over the box `(low, high)` starts, and its cells per unit of length.

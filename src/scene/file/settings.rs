@@ -4,7 +4,7 @@ use super::reader::{Bounds, COORDINATE, NOT_NEGATIVE, Reader, UNIT};
 use super::tree::{At, Fault, Node, Value};
 use crate::scene::description::{
     CameraDescription, Combine, DirectionTable, FilmDescription, Filter, GuideSampling, GuidingMethod, GuidingSettings,
-    IntegratorSettings, LearningRule, Rate, RenderSettings, Roulette, Updates,
+    IntegratorSettings, LearningRule, Placement, Rate, RenderSettings, Roulette, Updates,
 };
 use glam::Vec3;
 use std::ops::RangeInclusive;
@@ -38,14 +38,12 @@ pub(super) fn integrator(t: &mut Reader, s: &mut IntegratorSettings) -> Result<(
 }
 
 pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
-    use GuidingMethod as Method;
-    let methods = [("adaptive", Method::Adaptive), ("grid", Method::Grid), ("none", Method::None)];
     let tables = [
         ("tree", DirectionTable::Tree),
         ("hemisphere", DirectionTable::Hemisphere),
         ("sphere", DirectionTable::Sphere),
     ];
-    t.choice("method", &methods, &mut s.method)?;
+    t.choice("method", &GuidingMethod::NAMES, &mut s.method)?;
     t.choice("table", &tables, &mut s.table)?;
     t.integer("resolution", 1..=8192, &mut s.resolution)?;
     t.flag("normals", &mut s.normals)?;
@@ -59,11 +57,29 @@ pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fau
     let samplings = [("q-cos", GuideSampling::QCos), ("product", GuideSampling::Product), ("q", GuideSampling::Q)];
     t.choice("sampling", &samplings, &mut s.sampling)?;
     t.number("bsdf_fraction", FRACTION, &mut s.bsdf_fraction)?;
-    t.flag("learned_fraction", &mut s.learned_fraction)?;
+    let mut learned = s.learns_fraction();
+    t.flag("learned_fraction", &mut learned)?;
+    s.learned_fraction = if t.has("learned_fraction") { Some(learned) } else { s.learned_fraction };
     t.flag("mis_compensation", &mut s.mis_compensation)?;
     t.number("smoothing", UNIT, &mut s.smoothing)?;
     t.flag("jitter", &mut s.jitter)?;
+    let placements = [("paths", Placement::Paths), ("area", Placement::Area)];
+    t.integer("sites", 0..=1 << 24, &mut s.sites)?;
+    t.choice("placement", &placements, &mut s.placement)?;
+    t.number("leaf_samples", NOT_NEGATIVE, &mut s.leaf_samples)?;
+    t.number("rho", UNIT, &mut s.rho)?;
+    t.flag("directional_filter", &mut s.directional_filter)?;
+    check_updates(t, s)?;
     memory(t, "memory", &mut s.memory)
+}
+
+/// An SD-tree's snapshots are of whole iterations.
+fn check_updates(t: &Reader, s: &GuidingSettings) -> Result<(), Fault> {
+    if s.method == GuidingMethod::SdTree && s.updates == Updates::Online {
+        let at = t.place(&["updates", "method"]);
+        return Err(Fault::new(at, "`updates` must be \"frozen\" where `method` is \"sdtree\""));
+    }
+    Ok(())
 }
 
 fn learning(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {

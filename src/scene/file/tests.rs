@@ -259,3 +259,11 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn an_sd_tree_is_not_updated_on_line() {
+    let fault = |text: &str| parse(text, Path::new("s.toml"), &[]).unwrap_err().to_string();
+    let message = fault("[guiding]\nmethod = \"sdtree\"\nupdates = \"online\"\n");
+    assert!(message.contains("s.toml:3") && message.contains("`updates`") && message.contains("frozen"), "{message}");
+    assert!(parse("[guiding]\nmethod = \"grid\"\nupdates = \"online\"\n", Path::new("s.toml"), &[]).is_ok());
+}

@@ -1,0 +1,87 @@
+//! The guide of tables: states, each with the values of its directions.
+
+use super::field::{TableField, Use};
+use super::learner::{Learner, Table};
+use super::placing::Placing;
+use super::recorder::Recorder;
+use super::refine;
+use super::states::States;
+use crate::scene::description::GuidingSettings;
+
+/// What was learnt so far, and the snapshot of it that is in use.
+pub struct Tables {
+    pub(super) states: States,
+    pub(super) field: TableField,
+    pub(super) learner: Learner,
+    /// An iteration ended, and the next one has not begun to learn: only then do earlier visits fade.
+    pub(super) ended: bool,
+    refinement: refine::Limits,
+    /// While there are no sites.
+    placing: Option<Placing>,
+    /// Bytes for states and tables.
+    memory: usize,
+}
+
+impl Tables {
+    /// Nothing known yet.
+    pub fn new(settings: &GuidingSettings, states: States, placing: Option<Placing>) -> Tables {
+        let table = Table::new(settings);
+        let usage = Use {
+            sampling: settings.sampling,
+            bsdf_fraction: settings.bsdf_fraction,
+            learnt_fraction: settings.learns_fraction(),
+            compensation: settings.mis_compensation,
+            smoothing: settings.smoothing,
+        };
+        let memory = usize::try_from(settings.memory).unwrap_or(usize::MAX);
+        let left = memory.saturating_sub(states.bytes());
+        let learner = Learner::new(table.clone(), states.oriented(), settings.rate, left);
+        let field = TableField::empty(states.clone(), table, usage);
+        let refinement = refine::Limits { visits: settings.refine_visits, difference: settings.refine_difference };
+        Tables { states, field, learner, ended: false, refinement, placing, memory }
+    }
+
+    pub fn field(&self) -> &TableField {
+        &self.field
+    }
+
+    pub fn learn(&mut self, recorders: &[&Recorder]) {
+        if let Some(placing) = &mut self.placing {
+            recorders.iter().for_each(|recorder| placing.visit(recorder.points()));
+        }
+        if std::mem::take(&mut self.ended) {
+            self.learner.fade();
+        }
+        self.learner.fold(recorders, &self.states);
+    }
+
+    /// What was learnt so far becomes the snapshot, in the middle of an iteration.
+    pub fn refresh(&mut self) {
+        self.field.freeze(&self.states, &self.learner);
+    }
+
+    /// Ends an iteration: states and tables are refined, and what was learnt becomes the next snapshot.
+    pub fn end_iteration(&mut self) {
+        if let Some(voronoi) = self.placing.as_ref().and_then(Placing::sites) {
+            self.states = States::Voronoi(Some(voronoi));
+            self.placing = None;
+            self.learner.keep_within(self.memory.saturating_sub(self.states.bytes()));
+        }
+        if let States::Adaptive(adaptive) = &mut self.states {
+            refine::refine(adaptive, &mut self.learner, self.refinement);
+        }
+        self.learner.refine_actions();
+        self.refresh();
+        self.ended = true;
+    }
+
+    /// States that were ever met.
+    pub fn states(&self) -> usize {
+        self.learner.states().count()
+    }
+
+    /// Bytes of table and snapshot.
+    pub fn bytes(&self) -> usize {
+        self.learner.bytes() + self.states.bytes() + self.placing.as_ref().map_or(0, Placing::bytes)
+    }
+}
