@@ -87,6 +87,7 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         scene: &scene,
         name: arguments.scene.display().to_string(),
         seed: description.render.seed,
+        method: description.guiding.method,
         interrupted,
         load_seconds: load_seconds - scene.build_seconds(),
         build_seconds: scene.build_seconds(),

@@ -3,6 +3,7 @@
 use crate::integrator::Counters;
 use crate::render::{IterationReport, Rendering};
 use crate::scene::Scene;
+use crate::scene::description::GuidingMethod;
 use serde::Serialize;
 
 /// Version of the JSON's shape; a change that breaks readers raises it.
@@ -67,6 +68,7 @@ pub struct Context<'a> {
     pub scene: &'a Scene,
     pub name: String,
     pub seed: u64,
+    pub method: GuidingMethod,
     pub interrupted: bool,
     pub load_seconds: f64,
     pub build_seconds: f64,
@@ -105,7 +107,11 @@ impl Report {
             embree_share: total.embree.as_secs_f64() / total.total.as_secs_f64().max(1e-9),
             non_finite_samples: total.non_finite,
             guide: GuideReport {
-                method: if guide.is_some() { "grid" } else { "none" },
+                method: match context.method {
+                    GuidingMethod::None => "none",
+                    GuidingMethod::Grid => "grid",
+                    GuidingMethod::Adaptive => "adaptive",
+                },
                 states: guide.map_or(0, |g| g.states()),
                 bytes: guide.map_or(0, |g| g.bytes()),
                 hit_share: ratio(total.guide_hits, total.guide_queries),

@@ -103,3 +103,6 @@ impl Guide {
         self.learner.bytes() + self.states.bytes()
     }
 }
+
+#[cfg(test)]
+mod tests;

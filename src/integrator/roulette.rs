@@ -34,3 +34,7 @@ impl Efficiency {
 }
 
 pub static MINS: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| std::env::var("MINS").ok().and_then(|v| v.parse().ok()).unwrap_or(0.05));
+
+#[cfg(test)]
+#[path = "roulette_tests.rs"]
+mod tests;
