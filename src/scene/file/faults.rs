@@ -56,7 +56,6 @@ fn unknown_keys_and_values_are_refused_with_a_suggestion() {
 #[test]
 fn unknown_choices_of_the_guide_are_refused() {
     let cases = [
-        ("[guiding]\nlambda = 0", "2:1: unknown key `lambda` in [guiding]: did you mean `alpha`?"),
         ("[guiding]\nmethod = 'grids'", "2:10: unknown method `grids` in [guiding]: did you mean `grid`?"),
         ("[guiding]\ntable = 'tee'", "2:9: unknown table `tee` in [guiding]: did you mean `tree`?"),
         ("[guiding]\nrule = 'q-learnin'", "2:8: unknown rule `q-learnin` in [guiding]: did you mean `q-learning`?"),
