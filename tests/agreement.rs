@@ -12,7 +12,9 @@ mod common;
 use common::still_life::still_life;
 use common::{Loaded, Runs, own, welch};
 use phototaxis::render::Settings;
-use phototaxis::scene::description::{Combine, DirectionTable, GuidingMethod, LearningRule, Placement, Rate, Roulette};
+use phototaxis::scene::description::{
+    Combine, DirectionTable, GuideSampling, GuidingMethod, LearningRule, Placement, Rate, Roulette, Updates,
+};
 use phototaxis::stats::sidak;
 
 const FALSE_ALARM: f64 = 1e-4;
@@ -35,29 +37,59 @@ fn bsdf_sampling_only(s: &mut Settings) {
     (s.integrator.next_event, s.render.spp) = (false, 64);
 }
 
-/// Without normals every table covers the hemisphere about +y, and below it the BSDF's share of directions is all there
-/// is: weights are 1/bsdf_fraction at each vertex, which at 0.3 makes tails that no number of runs here would show.
-const GUIDED: [Way; 27] = [
-    ("guided", |_| {}),
-    ("blend", |s| s.guiding.rule = LearningRule::Blend),
+/// Of a grid of trees unless said otherwise.
+const GUIDED: [Way; 52] = [
+    ("grid, tree", |_| {}),
+    ("grid, hemisphere", hemisphere),
+    ("grid, sphere", sphere),
+    ("adaptive, tree", adaptive),
+    ("adaptive, hemisphere", |s| (adaptive(s), hemisphere(s)).0),
+    ("adaptive, sphere", |s| (adaptive(s), sphere(s)).0),
+    ("q-learning", |s| s.guiding.rule = LearningRule::QLearning),
     ("monte-carlo", |s| s.guiding.rule = LearningRule::MonteCarlo),
-    ("retain 1", |s| s.guiding.rate = Rate::Forgetting(1.0)),
-    ("no normals", |s| (s.guiding.normals, s.guiding.bsdf_fraction) = (false, 0.7)),
-    ("1 stratum", |s| s.guiding.strata = 1),
-    ("4 × 4 strata", |s| s.guiding.strata = 4),
+    ("blend", |s| (s.guiding.rule, s.guiding.blend_visits) = (LearningRule::Blend, 50.0)),
+    ("vanishing", |s| s.guiding.rate = Rate::Vanishing),
+    ("constant", |s| s.guiding.rate = Rate::Constant(0.1)),
+    ("forgetting all", |s| s.guiding.rate = Rate::Forgetting(0.0)),
+    ("roulette guided, never split", |s| guided_roulette(s, 1.0)),
+    ("roulette guided, into 4", |s| guided_roulette(s, 4.0)),
+    ("roulette guided, into 8", |s| guided_roulette(s, 8.0)),
+    ("roulette guided, adaptive, monte-carlo", |s| {
+        (adaptive(s), guided_roulette(s, 8.0));
+        s.guiding.rule = LearningRule::MonteCarlo;
+    }),
+    ("roulette guided, hemisphere, online", |s| {
+        (hemisphere(s), guided_roulette(s, 8.0));
+        s.guiding.updates = Updates::Online;
+    }),
+    ("roulette guided, no next event", |s| (guided_roulette(s, 8.0), bsdf_sampling_only(s)).0),
+    ("roulette none", |s| s.integrator.roulette = Roulette::None),
+    ("sampling q", |s| s.guiding.sampling = GuideSampling::Q),
+    ("sampling q, hemisphere", |s| (hemisphere(s), s.guiding.sampling = GuideSampling::Q).0),
+    ("sampling q, sphere", |s| (sphere(s), s.guiding.sampling = GuideSampling::Q).0),
+    ("compensation", |s| s.guiding.mis_compensation = true),
+    ("learnt fraction", |s| s.guiding.learned_fraction = Some(true)),
+    ("learnt fraction, compensation", |s| (s.guiding.learned_fraction, s.guiding.mis_compensation) = (Some(true), true)),
+    ("smoothing", |s| (hemisphere(s), s.guiding.smoothing = 0.5).0),
+    ("no jitter", |s| s.guiding.jitter = false),
+    ("no jitter, adaptive", |s| (adaptive(s), s.guiding.jitter = false).0),
+    ("online", |s| s.guiding.updates = Updates::Online),
+    ("online, adaptive", |s| (adaptive(s), s.guiding.updates = Updates::Online).0),
+    ("no normals", |s| s.guiding.normals = false),
+    ("1 stratum", |s| (hemisphere(s), s.guiding.strata = 1).0),
     ("1 cell", |s| s.guiding.resolution = 1),
-    ("1 state", |s| (s.guiding.resolution, s.guiding.normals, s.guiding.bsdf_fraction) = (1, false, 0.7)),
     // small states take more samples to fill
     ("32 cells", |s| (s.guiding.resolution, s.guiding.rate, s.render.spp) = (32, Rate::Vanishing, 96)),
+    ("trees cut to the last cell", |s| (s.guiding.split_share, s.guiding.split_visits) = (0.0, 0.0)),
     ("bsdf_fraction 0.05", |s| s.guiding.bsdf_fraction = 0.05),
     ("bsdf_fraction 1", |s| s.guiding.bsdf_fraction = 1.0),
     ("combine last", |s| s.render.combine = Combine::Last),
     // from 22 samples on the weighting has two iterations to weigh
     ("combine inverse-variance", |s| (s.render.combine, s.render.spp) = (Combine::InverseVariance, 32)),
-    ("guided, no next event", bsdf_sampling_only),
-    ("guided, no MIS", |s| s.integrator.mis = false),
-    ("guided, no roulette", |s| s.integrator.roulette = Roulette::None),
-    ("guided, little memory", |s| s.guiding.memory = 200_000),
+    ("no next event", bsdf_sampling_only),
+    ("no MIS", |s| s.integrator.mis = false),
+    ("little memory", |s| s.guiding.memory = 400_000),
+    ("product", |s| s.guiding.sampling = GuideSampling::Product),
     ("SD-tree", |s| sd_tree(s)),
     ("SD-tree, one leaf", |s| (sd_tree(s), s.guiding.leaf_samples = 1e9).0),
     ("SD-tree, no filters", |s| (sd_tree(s), (s.guiding.jitter, s.guiding.directional_filter) = (false, false)).0),
@@ -68,6 +100,23 @@ const GUIDED: [Way; 27] = [
     ("Voronoi, sphere", |s| (voronoi_by_area(s), s.guiding.table = DirectionTable::Sphere).0),
     ("SD-tree, guided roulette", |s| (sd_tree(s), s.integrator.roulette = Roulette::Guided, s.render.spp = 32).0),
 ];
+
+fn hemisphere(s: &mut Settings) {
+    (s.guiding.table, s.guiding.strata) = (DirectionTable::Hemisphere, 4);
+}
+
+fn sphere(s: &mut Settings) {
+    (s.guiding.table, s.guiding.strata) = (DirectionTable::Sphere, 4);
+}
+
+/// Cells that are cut after as few visits as a short render makes.
+fn adaptive(s: &mut Settings) {
+    (s.guiding.method, s.guiding.resolution, s.guiding.refine_visits) = (GuidingMethod::Adaptive, 4, 30.0);
+}
+
+fn guided_roulette(s: &mut Settings, max_split: f32) {
+    (s.integrator.roulette, s.integrator.max_split) = (Roulette::Guided, max_split);
+}
 
 fn voronoi_by_area(s: &mut Settings) {
     (s.guiding.method, s.guiding.sites, s.guiding.placement) = (GuidingMethod::Voronoi, 200, Placement::Area);
@@ -141,8 +190,9 @@ fn agree(scene: &str, loaded: &Loaded, planted: f64) {
             settings.guiding.method = GuidingMethod::Grid;
             change(&mut settings);
             check_that_the_guide_takes_part(name, loaded, &settings);
+        } else {
+            change(&mut settings);
         }
-        change(&mut settings);
         let runs = loaded.runs(&settings, RUNS, 1000 * k as u64);
         report(name, &runs);
         if k >= UNGUIDED.len() {
@@ -163,6 +213,10 @@ fn check_that_the_guide_takes_part(name: &str, loaded: &Loaded, settings: &Setti
     let counters = &rendering.iterations.last().expect("there are iterations").counters;
     let share = counters.guide_hits as f64 / counters.guide_queries as f64;
     assert!(share > 0.05, "{name}: the guide knew an answer at {share:.2} of the vertices only");
+    let mut plain = settings.clone();
+    plain.integrator.roulette = Roulette::Throughput;
+    let same = loaded.render(&plain).estimate.mean == rendering.estimate.mean;
+    assert!(settings.integrator.roulette != Roulette::Guided || !same, "{name}: the roulette goes by the throughput");
 }
 
 #[test]

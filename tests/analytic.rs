@@ -44,7 +44,14 @@ fn furnace_settings(base: &Settings) -> Vec<Settings> {
                     s.render.combine = Combine::All;
                     // without roulette, what comes after 80 bounces is below the digits that count
                     let max_depth = if roulette == Roulette::None { depth.min(80) } else { depth };
-                    s.integrator = IntegratorSettings { max_depth, next_event, mis, roulette, rr_depth: 2 };
+                    s.integrator = IntegratorSettings {
+                        max_depth,
+                        next_event,
+                        mis,
+                        roulette,
+                        rr_depth: 2,
+                        ..IntegratorSettings::default()
+                    };
                     all.push(s);
                 }
             }

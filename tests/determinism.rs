@@ -5,7 +5,7 @@ mod common;
 use common::{Loaded, own};
 use phototaxis::math::Rgb;
 use phototaxis::render::{Rendering, Settings};
-use phototaxis::scene::description::GuidingMethod;
+use phototaxis::scene::description::{DirectionTable, GuidingMethod, GuidingSettings, Roulette, Updates};
 
 /// Six tiles (their sides are 32 pixels), four iterations.
 const SIZE: [&str; 3] = ["film.width=72", "film.height=40", "render.spp=22"];
@@ -42,30 +42,58 @@ fn with_threads(threads: usize, loaded: &Loaded, settings: &Settings) -> Trace {
     trace(&pool.install(|| loaded.render(settings)))
 }
 
+/// A way of rendering, as a change of the defaults.
+type Way = (&'static str, fn(&mut Settings));
+
+const WAYS: [Way; 6] = [
+    ("unguided", |s| s.guiding.method = GuidingMethod::None),
+    ("adaptive, guided roulette", |s| {
+        // few visits are enough, so that cells are cut in a short render
+        (s.guiding.refine_visits, s.integrator.roulette) = (200.0, Roulette::Guided);
+    }),
+    ("grid of hemispheres, online", |s| {
+        (s.guiding.method, s.guiding.table) = (GuidingMethod::Grid, DirectionTable::Hemisphere);
+        s.guiding.updates = Updates::Online;
+    }),
+    ("SD-tree", |s| (s.guiding.method, s.guiding.leaf_samples) = (GuidingMethod::SdTree, 1000.0)),
+    ("Voronoi", |s| s.guiding.method = GuidingMethod::Voronoi),
+    ("little memory", |s| {
+        (s.guiding.refine_visits, s.guiding.memory, s.guiding.learned_fraction) = (50.0, 2_000_000, Some(true));
+    }),
+];
+
+/// A scene of ours, with the guide's defaults.
+fn defaults(scene: &str) -> Loaded {
+    let mut loaded = own(scene, &SIZE);
+    loaded.settings.guiding = GuidingSettings::default();
+    loaded
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     for scene in ["wall", "door"] {
-        let loaded = own(scene, &SIZE);
-        for method in [GuidingMethod::None, GuidingMethod::Grid, GuidingMethod::SdTree, GuidingMethod::Voronoi] {
+        let loaded = defaults(scene);
+        for (name, change) in WAYS {
             let mut settings = loaded.settings.clone();
-            (settings.guiding.method, settings.guiding.leaf_samples) = (method, 1000.0);
+            change(&mut settings);
             let one = with_threads(1, &loaded, &settings);
-            let guided = method != GuidingMethod::None;
+            let guided = settings.guiding.method != GuidingMethod::None;
             assert_eq!(one.guide_hits > 0 && one.transitions > 0, guided, "the guide takes part where asked");
             for threads in [2, 3] {
                 let more = with_threads(threads, &loaded, &settings);
-                assert!(one == more, "{scene}, {method:?}: {threads} threads differ from one");
+                assert!(one == more, "{scene}, {name}: {threads} threads differ from one");
             }
             let (hits, usable) = (one.guide_hits, &one.usable_states);
-            println!("{scene}, {method:?}: 1, 2 and 3 threads agree ({hits} draws from a guide of {usable:?} states)");
+            println!("{scene}, {name}: 1, 2 and 3 threads agree ({hits} draws from a guide of {usable:?} states)");
         }
     }
 }
 
 #[test]
 fn the_seed_alone_decides() {
-    let loaded = own("wall", &SIZE);
+    let loaded = defaults("wall");
     let mut settings = loaded.settings.clone();
+    settings.integrator.roulette = Roulette::Guided;
     let first = trace(&loaded.render(&settings));
     assert!(first == trace(&loaded.render(&settings)), "the same seed twice");
     settings.render.seed += 1;
@@ -79,7 +107,7 @@ fn the_seed_alone_decides() {
 #[test]
 fn a_longer_render_begins_like_a_shorter_one() {
     // what is learnt in an iteration does not depend on how many will follow
-    let loaded = own("wall", &SIZE);
+    let loaded = defaults("wall");
     let states = |spp: u32| -> Vec<usize> {
         let mut settings = loaded.settings.clone();
         settings.render.spp = spp;

@@ -5,8 +5,10 @@ mod common;
 use common::{Loaded, build, describe, mean_color, own_path, scale_emission};
 use phototaxis::film::accumulate::Estimate;
 use phototaxis::math::Rgb;
+use phototaxis::render::Settings;
 use phototaxis::scene::description::{
-    BsdfDescription, ColorTexture, Combine, GuidingMethod, MaterialDescription, Roulette,
+    BsdfDescription, ColorTexture, Combine, DirectionTable, GuidingMethod, GuidingSettings, MaterialDescription,
+    Roulette, Updates,
 };
 
 /// Enough samples for five iterations, which the weighting by variance groups in two.
@@ -21,11 +23,10 @@ fn scaled(name: &str, lamp: &str, emission: Rgb, scale: f32) -> Loaded {
     build(&description)
 }
 
-fn picture(loaded: &Loaded, method: GuidingMethod, combine: Combine, roulette: Roulette) -> Estimate {
+fn picture(loaded: &Loaded, change: fn(&mut Settings)) -> Estimate {
     let mut settings = loaded.settings.clone();
-    (settings.guiding.method, settings.guiding.leaf_samples) = (method, 1000.0);
-    settings.render.combine = combine;
-    settings.integrator.roulette = roulette;
+    (settings.guiding, settings.render.combine) = (GuidingSettings::default(), Combine::All);
+    change(&mut settings);
     loaded.estimate(&settings)
 }
 
@@ -35,28 +36,45 @@ const SCENES: [(&str, &str, Rgb); 3] = [
     ("door", "lamp", Rgb::new(900.0, 810.0, 670.0)),
 ];
 
-const WAYS: [(GuidingMethod, Combine, Roulette); 7] = [
-    (GuidingMethod::None, Combine::All, Roulette::Throughput),
-    (GuidingMethod::Grid, Combine::All, Roulette::Throughput),
-    (GuidingMethod::Grid, Combine::InverseVariance, Roulette::None),
-    (GuidingMethod::Grid, Combine::Last, Roulette::Throughput),
-    (GuidingMethod::SdTree, Combine::All, Roulette::Throughput),
-    (GuidingMethod::Voronoi, Combine::All, Roulette::Throughput),
-    (GuidingMethod::SdTree, Combine::All, Roulette::Guided),
+/// A way of rendering, as a change of the defaults; and whether the picture's parts are weighed by their variance.
+type Way = (&'static str, bool, fn(&mut Settings));
+
+const WAYS: [Way; 8] = [
+    ("unguided", false, |s| s.guiding.method = GuidingMethod::None),
+    ("adaptive", false, |s| s.guiding.refine_visits = 200.0),
+    ("adaptive, guided roulette", false, |s| {
+        (s.guiding.refine_visits, s.integrator.roulette) = (200.0, Roulette::Guided);
+    }),
+    ("grid of hemispheres, online", false, |s| {
+        (s.guiding.method, s.guiding.table) = (GuidingMethod::Grid, DirectionTable::Hemisphere);
+        s.guiding.updates = Updates::Online;
+    }),
+    ("grid, learnt fraction, by variance", true, |s| {
+        (s.guiding.method, s.guiding.learned_fraction) = (GuidingMethod::Grid, Some(true));
+        (s.render.combine, s.integrator.roulette) = (Combine::InverseVariance, Roulette::None);
+    }),
+    ("grid of spheres, last", false, |s| {
+        (s.guiding.method, s.guiding.table) = (GuidingMethod::Grid, DirectionTable::Sphere);
+        (s.guiding.mis_compensation, s.render.combine) = (true, Combine::Last);
+    }),
+    ("SD-tree, guided roulette", false, |s| {
+        (s.guiding.method, s.guiding.leaf_samples) = (GuidingMethod::SdTree, 1000.0);
+    }),
+    ("Voronoi", false, |s| s.guiding.method = GuidingMethod::Voronoi),
 ];
 
 /// The scene's picture, and that under light scaled by each factor, all ways.
-fn with_each(factors: &[f32], mut check: impl FnMut(&str, Combine, f32, &Estimate, &Estimate)) {
+fn with_each(factors: &[f32], mut check: impl FnMut(&str, bool, f32, &Estimate, &Estimate)) {
     for (name, lamp, emission) in SCENES {
         let pictures = |scale: f32| {
             let loaded = scaled(name, lamp, emission, scale);
-            WAYS.map(|(method, combine, roulette)| picture(&loaded, method, combine, roulette))
+            WAYS.map(|(.., change)| picture(&loaded, change))
         };
         let one = pictures(1.0);
         assert!(one.iter().all(|picture| picture.mean.iter().any(|p| *p != Rgb::ZERO)));
         for factor in factors {
-            for ((a, b), way) in one.iter().zip(&pictures(*factor)).zip(WAYS) {
-                check(&format!("{name} × {factor:e}, {way:?}"), way.1, *factor, a, b);
+            for ((a, b), (way, weighed, _)) in one.iter().zip(&pictures(*factor)).zip(WAYS) {
+                check(&format!("{name} × {factor:e}, {way}"), weighed, *factor, a, b);
             }
         }
     }
@@ -76,8 +94,8 @@ fn a_power_of_two_scales_every_bit() {
 /// is the same to rounding, but for weights that iterations get by their variance: every path has a say in those.
 #[test]
 fn any_factor_scales_the_picture_to_rounding() {
-    with_each(&[1e-6, 1e6], |what, combine, factor, a, b| {
-        let tolerance = if combine == Combine::InverseVariance { 1e-2 } else { 1e-4 };
+    with_each(&[1e-6, 1e6], |what, weighed, factor, a, b| {
+        let tolerance = if weighed { 1e-2 } else { 1e-4 };
         let off = |(a, b): &(&Rgb, &Rgb)| (**b / factor - **a).abs().max_element() > tolerance * a.max_element();
         let turned = a.mean.iter().zip(&b.mean).filter(off).count();
         let difference = mean_color(&b.mean)[1] / factor as f64 / mean_color(&a.mean)[1] - 1.0;
@@ -93,8 +111,7 @@ fn a_lamp_left_behind_is_noticed() {
     let (name, lamp, emission) = SCENES[0];
     let (one, other) =
         (scaled(name, lamp, emission, 1.0), scaled(name, lamp, emission * Rgb::new(1.0, 1.0, 1.001), 4.0));
-    let way = (GuidingMethod::Grid, Combine::All, Roulette::Throughput);
-    let (a, b) = (picture(&one, way.0, way.1, way.2), picture(&other, way.0, way.1, way.2));
+    let (a, b) = (picture(&one, WAYS[2].2), picture(&other, WAYS[2].2));
     let equal = a.mean.iter().zip(&b.mean).filter(|(a, b)| **a * 4.0 == **b).count();
     println!("one channel of the lamp off by a thousandth: {equal} of {} pixels equal", a.mean.len());
     assert!(equal * 2 < a.mean.len());

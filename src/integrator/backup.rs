@@ -113,3 +113,7 @@ fn push(recorder: &mut Recorder, arrival: &Arrival, target: f32, rays: f32) {
         recorder.push(Transition { key, wi, normal, target, pdf, bsdf_pdf, guide_pdf, scattered, rays });
     }
 }
+
+#[cfg(test)]
+#[path = "backup_tests.rs"]
+mod tests;

@@ -2,10 +2,11 @@ use super::*;
 use crate::bsdf::{BsdfModel, CoatTables};
 use crate::embree::Hit;
 use crate::geometry::Mesh;
-use crate::guiding::{Guide, Recorder, StateKey, Transition};
+use crate::guiding::{Guide, PackedDirection, Recorder, Summary, Transition};
 use crate::math::warp;
 use crate::scene::description::{
-    BsdfDescription, ColorTexture, GuidingSettings, MicrofacetDistribution as Distribution,
+    BsdfDescription, ColorTexture, DirectionTable, GuidingMethod, GuidingSettings,
+    MicrofacetDistribution as Distribution,
 };
 use crate::stats::{Chi2Report, DirectionTest, Domain, sidak};
 
@@ -58,19 +59,39 @@ fn surface(n: Vec3, wo: Vec3) -> SurfaceInteraction {
     SurfaceInteraction::new(&mesh, &hit, wo)
 }
 
-/// A guide that has learnt something uneven about the state of `si`, and that state.
-fn learnt(si: &SurfaceInteraction, rng: &mut Rng) -> (Guide, StateKey) {
-    let settings = GuidingSettings { strata: 4, ..GuidingSettings::default() };
+/// The tables of directions, in turn.
+const TABLES: [DirectionTable; 3] = [DirectionTable::Tree, DirectionTable::Hemisphere, DirectionTable::Sphere];
+
+/// A guide that has learnt something uneven about the state of `si`, and what it knows of it.
+fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut Rng) -> (Guide, Summary) {
+    let method = GuidingMethod::Grid;
+    let settings = GuidingSettings { method, table, strata: 4, split_share: 0.03, ..GuidingSettings::default() };
     let mut guide = Guide::new(&settings, (-Vec3::ONE, Vec3::ONE)).unwrap();
-    let key = guide.field().grid().key(si.p, si.frame.n, [0.5; 2]);
-    let mut recorder = Recorder::new();
-    for action in 0..16 {
-        let target = if rng.f32() < 0.3 { 0.0 } else { rng.f32().powi(3) };
-        (0..50).for_each(|_| recorder.push(Transition { key, action, target }));
+    let key = guide.field().state(si.p, si.frame.n, [0.5; 2]);
+    let axes = [(); 4].map(|_| warp::square_to_uniform_sphere(rng.f32x2()));
+    for _ in 0..2 {
+        let mut recorder = Recorder::new();
+        for _ in 0..2000 {
+            let wi = si.frame.to_world(warp::square_to_uniform_hemisphere(rng.f32x2()));
+            let target = axes.iter().map(|axis| wi.dot(*axis).max(0.0).powi(8)).sum();
+            let [packed, normal] = [wi, si.frame.n].map(PackedDirection::new);
+            recorder.push(Transition {
+                key,
+                wi: packed,
+                normal,
+                target,
+                pdf: 1.0,
+                bsdf_pdf: 1.0,
+                guide_pdf: -1.0,
+                scattered: 1.0,
+                rays: 1.0,
+            });
+        }
+        guide.learn(&[&recorder]);
+        guide.end_iteration();
     }
-    guide.learn(&[&recorder]);
-    guide.end_iteration();
-    (guide, key)
+    let summary = *guide.field().summary(key).expect("enough visits");
+    (guide, summary)
 }
 
 const COLORS: [Rgb; 2] = [Rgb::new(0.6, 0.5, 0.4), Rgb::new(0.2, 0.3, 0.1)];
@@ -80,21 +101,22 @@ struct Vertex {
     si: SurfaceInteraction,
     wo: Vec3,
     guide: Guide,
-    key: StateKey,
+    summary: Summary,
 }
 
 impl Vertex {
-    fn random(rng: &mut Rng) -> Vertex {
+    fn random(table: DirectionTable, rng: &mut Rng) -> Vertex {
         let n = warp::square_to_uniform_sphere(rng.f32x2());
         let local = warp::square_to_cosine_hemisphere(rng.f32x2());
         let wo_world = crate::geometry::Frame::from_normal(n).to_world(local);
         let si = surface(n, wo_world);
-        let (guide, key) = learnt(&si, rng);
-        Vertex { wo: si.frame.to_local(wo_world), si, guide, key }
+        let (guide, summary) = learnt(&si, table, rng);
+        Vertex { wo: si.frame.to_local(wo_world), si, guide, summary }
     }
 
     fn mixture<'a>(&'a self, bsdf: &'a Bsdf<'a>, fraction: f32) -> Mixture<'a> {
-        Mixture::new(bsdf, self.guide.field().distribution(self.key), fraction)
+        let guide = Mixture::guides(bsdf).then(|| self.guide.field().distribution(&self.summary, self.si.frame.n));
+        Mixture::new(bsdf, guide, fraction)
     }
 
     /// `wrong` turns what the density is asked for; nothing for the truth.
@@ -114,21 +136,21 @@ fn directions_follow_the_density_of_the_whole_mixture() {
     let mut rng = Rng::new(1);
     let models = [("diffuse", diffuse()), ("metal", metal(0.4)), ("paper", paper()), ("coated", coated())];
     let fractions = [0.05, 0.3, 0.5, 1.0];
-    let level = sidak(LEVEL, models.len() * fractions.len());
-    for (name, model) in &models {
+    let level = sidak(LEVEL, TABLES.len() * models.len() * fractions.len());
+    for ((name, model), table) in models.iter().flat_map(|model| TABLES.map(|table| (model, table))) {
         let bsdf = model.at(COLORS);
         for fraction in fractions {
-            let vertex = Vertex::random(&mut rng);
+            let vertex = Vertex::random(table, &mut rng);
             let mixture = vertex.mixture(&bsdf, fraction);
             assert!(mixture.guide.is_some());
             let report = vertex.chi2(&mixture, &mut rng, |wi| wi);
-            assert!(report.passes(level), "{name}, BSDF share {fraction}: {report}");
+            assert!(report.passes(level), "{name}, {table:?}, BSDF share {fraction}: {report}");
             let turned = crate::geometry::Frame::from_normal(Vec3::new(0.1, 0.05, 0.99).normalize());
             let wrong = vertex.chi2(&mixture, &mut rng, |wi| turned.to_world(wi));
-            assert!(!wrong.passes(1e-6), "{name}, BSDF share {fraction}: turned, and unseen: {wrong}");
+            assert!(!wrong.passes(1e-6), "{name}, {table:?}, BSDF share {fraction}: turned, and unseen: {wrong}");
         }
     }
-    println!("{} mixtures follow their density; turned, none does", models.len() * fractions.len());
+    println!("{} mixtures follow their density; turned, none does", TABLES.len() * models.len() * fractions.len());
 }
 
 #[test]
@@ -136,7 +158,7 @@ fn another_share_of_the_bsdf_is_another_density() {
     let mut rng = Rng::new(2);
     let model = diffuse();
     let bsdf = model.at(COLORS);
-    let vertex = Vertex::random(&mut rng);
+    let vertex = Vertex::random(DirectionTable::Tree, &mut rng);
     let (truth, lie) = (vertex.mixture(&bsdf, 0.3), vertex.mixture(&bsdf, 0.4));
     let test = DirectionTest { samples: 60_000, ..DirectionTest::new(Domain::Sphere) };
     let sample = || truth.sample(&vertex.si, vertex.wo, &mut rng).map(|s| s.wi);
@@ -150,14 +172,18 @@ fn another_share_of_the_bsdf_is_another_density() {
 #[test]
 fn weights_are_value_over_density() {
     let mut rng = Rng::new(3);
-    for model in [diffuse(), metal(0.4), paper(), coated()] {
+    for (model, table) in [diffuse(), metal(0.4), paper(), coated()].iter().flat_map(|m| TABLES.map(|table| (m, table)))
+    {
         let bsdf = model.at(COLORS);
         for fraction in [0.05, 0.3, 1.0] {
-            let vertex = Vertex::random(&mut rng);
+            let vertex = Vertex::random(table, &mut rng);
             let mixture = vertex.mixture(&bsdf, fraction);
             for _ in 0..500 {
                 let Some(s) = mixture.sample(&vertex.si, vertex.wo, &mut rng) else { continue };
                 let Some(drawn) = s.pdf else { continue };
+                let parts = fraction * drawn.bsdf + (1.0 - fraction) * drawn.guide;
+                assert!((parts / drawn.mixture - 1.0).abs() < 1e-5, "{drawn:?} at a share of {fraction}");
+                let drawn = drawn.mixture;
                 let (f, pdf) = mixture.eval_pdf(&vertex.si, vertex.wo, s.wi);
                 assert!((drawn / pdf - 1.0).abs() < 1e-3, "{drawn} drawn, {pdf} asked for");
                 assert!((s.weight * pdf - f).abs().max_element() <= 1e-3 * f.max_element(), "{} for {f}", s.weight);
@@ -172,7 +198,7 @@ fn delta_lobes_keep_their_light_whatever_the_share() {
     let mut rng = Rng::new(4);
     let model = coated();
     let bsdf = model.at(COLORS);
-    let vertex = Vertex::random(&mut rng);
+    let vertex = Vertex::random(DirectionTable::Tree, &mut rng);
     let reflected = |fraction: f32, rng: &mut Rng| {
         let mixture = vertex.mixture(&bsdf, fraction);
         let n = 100_000;
@@ -190,7 +216,7 @@ fn delta_lobes_keep_their_light_whatever_the_share() {
 
 #[test]
 fn sharp_lobes_are_left_to_their_own_sampling() {
-    let vertex = Vertex::random(&mut Rng::new(5));
+    let vertex = Vertex::random(DirectionTable::Tree, &mut Rng::new(5));
     for (alpha, guided) in [(0.1, false), (0.29, false), (0.31, true)] {
         let model = metal(alpha);
         let bsdf = model.at(COLORS);

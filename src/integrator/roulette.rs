@@ -33,3 +33,7 @@ impl Efficiency {
         paths.clamp(MIN_SURVIVAL, max_split.max(1.0))
     }
 }
+
+#[cfg(test)]
+#[path = "roulette_tests.rs"]
+mod tests;

@@ -55,3 +55,7 @@ fn transpose(values: &[f64], width: usize) -> Vec<f64> {
     let height = values.len() / width;
     (0..values.len()).map(|i| values[(i % height) * width + i / height]).collect()
 }
+
+#[cfg(test)]
+#[path = "efficiency_tests.rs"]
+mod tests;

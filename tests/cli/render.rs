@@ -176,6 +176,9 @@ fn flags_stand_for_keys_and_set_has_the_last_word() {
     assert_eq!((plain["guide"]["method"].as_str(), plain["guide"]["states"].as_u64()), (Some("none"), Some(0)));
     assert_eq!(plain["spp"], 3);
     assert_eq!(report(&["--spp", "3", "--set", "render.spp=5"])["spp"], 5);
+    for method in ["adaptive", "grid"] {
+        assert_eq!(report(&["--spp", "2", "--guide", method])["guide"]["method"], method);
+    }
     let depth = report(&["--spp", "2", "--set", "integrator.max_depth=1"]);
     assert_eq!(depth["mean_path_length"].as_f64(), Some(1.0));
 }

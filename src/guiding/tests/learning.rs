@@ -4,12 +4,19 @@ use super::*;
 use crate::math::rng::Rng;
 use proptest::prelude::*;
 
+pub(super) const TABLES: [DirectionTable; 3] =
+    [DirectionTable::Hemisphere, DirectionTable::Sphere, DirectionTable::Tree];
+
 fn random_transitions(rng: &mut Rng, guide: &Guide, n: usize) -> Vec<Transition> {
     let one = |rng: &mut Rng| {
-        let key = state(guide, point(rng), unit(rng));
+        let normal = unit(rng);
+        let key = state(guide, point(rng), normal);
+        let wi = Frame::from_normal(normal).to_world(warp::square_to_uniform_hemisphere(rng.f32x2()));
         // from 2⁻⁴⁰ to 2⁴⁰, a tenth of them black
         let target = if rng.f32() < 0.1 { 0.0 } else { (80.0 * rng.f32() - 40.0).exp2() };
-        Transition { key, target, action: (rng.next_u32() % 144) as u16 }
+        let guide_pdf = if rng.f32() < 0.2 { -1.0 } else { rng.f32() };
+        let (rays, bsdf_pdf) = (1.0 + (9.0 * rng.f32()).floor(), rng.f32());
+        Transition { rays, bsdf_pdf, guide_pdf, ..visit(key, normal, wi, target) }
     };
     (0..n).map(|_| one(rng)).collect()
 }
@@ -24,130 +31,240 @@ fn recorders(transitions: &[Transition], size: usize) -> Vec<Recorder> {
     transitions.chunks(size).map(fill).collect()
 }
 
+fn learn_all(guide: &mut Guide, transitions: &[Transition], size: usize) {
+    guide.learn(&recorders(transitions, size).iter().collect::<Vec<_>>());
+}
+
 #[test]
 fn values_stay_finite_and_never_fall_below_zero() {
-    let (mut rng, mut guide) = (Rng::new(1), guide(|s| (s.retain, s.resolution) = (0.5, 2)));
-    for _ in 0..5 {
-        let transitions = random_transitions(&mut rng, &guide, 40_000);
-        let recorders = recorders(&transitions, 1000);
-        guide.learn(&recorders.iter().collect::<Vec<_>>());
-        guide.end_iteration();
+    let mut rng = Rng::new(1);
+    let rates =
+        [Rate::Vanishing, Rate::Forgetting(0.5), Rate::Forgetting(0.0), Rate::Constant(0.1), Rate::Constant(1.0)];
+    for (table, rate) in TABLES.into_iter().flat_map(|table| rates.map(|rate| (table, rate))) {
+        for method in [GuidingMethod::Grid, GuidingMethod::Adaptive] {
+            let mut guide = guide(|s| {
+                (s.table, s.rate, s.method, s.resolution) = (table, rate, method, 2);
+                (s.refine_visits, s.learned_fraction) = (50.0, Some(true));
+            });
+            for _ in 0..4 {
+                let transitions = random_transitions(&mut rng, &guide, 20_000);
+                learn_all(&mut guide, &transitions, 1000);
+                guide.end_iteration();
+                let holds =
+                    |e: &qtable::Entry| e.q.is_finite() && e.q >= 0.0 && e.visits.is_finite() && e.visits >= 0.0;
+                for state in guide.learner.states() {
+                    assert!(state.entries().iter().all(holds), "{table:?}, {rate:?}");
+                    let r = state.returns;
+                    assert!([r.weight, r.mean, r.square, r.rays].iter().all(|v| v.is_finite() && *v >= 0.0));
+                    assert!((0.0..=1.0).contains(&state.fraction.share()), "{table:?}, {rate:?}");
+                }
+            }
+            assert!(guide.field().len() > 100, "{table:?}, {rate:?}: {} states can be drawn from", guide.field().len());
+        }
     }
-    let entries = || guide.learner.shards().iter().flat_map(|s| s.states()).flat_map(|(_, e)| e.to_vec());
-    assert!(entries().all(|e| e.q.is_finite() && e.q >= 0.0 && e.visits >= 0.0));
-    let drawn = guide.field().states();
-    println!("{} values of {} states, {drawn} of which can be drawn from", entries().count(), guide.states());
-    assert!(drawn > 100);
 }
 
 #[test]
 fn how_transitions_are_shared_among_recorders_and_threads_changes_nothing() {
-    let (mut rng, reference) = (Rng::new(2), guide(|_| ()));
-    let transitions = random_transitions(&mut rng, &reference, 20_000);
-    let learnt = |size: usize, threads: usize| {
-        let mut guide = guide(|_| ());
-        let recorders = recorders(&transitions, size);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| guide.learn(&recorders.iter().collect::<Vec<_>>()));
-        contents(&guide)
-    };
-    let one = learnt(transitions.len(), 1);
-    for (size, threads) in [(transitions.len(), 3), (100, 1), (777, 3), (1, 2)] {
-        assert!(one == learnt(size, threads), "recorders of {size}, {threads} threads");
-    }
-    // the order, in contrast, is seen in the last bits
-    let mut turned = transitions.clone();
-    turned.reverse();
-    let mut other = guide(|_| ());
-    other.learn(&recorders(&turned, turned.len()).iter().collect::<Vec<_>>());
-    assert!(one != contents(&other));
-}
-
-#[test]
-fn noisy_targets_converge_to_their_mean() {
-    let (mut rng, mut guide) = (Rng::new(3), guide(|s| s.strata = 1));
-    let key = state(&guide, Vec3::splat(0.3), Vec3::X);
-    let visits = 10_000;
-    for round in 1..=4 {
-        let mut recorder = Recorder::new();
-        for _ in 0..visits / 4 {
-            // exponential with mean 7, the standard deviation of which is 7 as well
-            recorder.push(Transition { key, action: 0, target: -7.0 * (1.0 - rng.f32()).ln() });
+    let mut rng = Rng::new(2);
+    for table in TABLES {
+        let new = || guide(|s| s.table = table);
+        let transitions = random_transitions(&mut rng, &new(), 20_000);
+        let learnt = |size: usize, threads: usize| {
+            let mut guide = new();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| learn_all(&mut guide, &transitions, size));
+            contents(&guide)
+        };
+        let one = learnt(transitions.len(), 1);
+        for (size, threads) in [(transitions.len(), 3), (100, 1), (777, 3), (1, 2)] {
+            assert!(one == learnt(size, threads), "{table:?}: recorders of {size}, {threads} threads");
         }
-        guide.learn(&[&recorder]);
-        guide.end_iteration();
-        let entry = row(&guide, key)[0];
-        assert_eq!(entry.visits, (round * visits / 4) as f32);
+        // the order, in contrast, is seen in the last bits
+        let mut turned = transitions.clone();
+        turned.reverse();
+        let mut other = new();
+        learn_all(&mut other, &turned, turned.len());
+        assert!(one != contents(&other), "{table:?}");
     }
-    let q = row(&guide, key)[0].q;
-    println!("mean of {visits} noisy targets: {q:.3}, their expectation: 7");
-    // five standard errors: false alarm 6·10⁻⁷
-    assert!((q - 7.0).abs() < 5.0 * 7.0 / (visits as f32).sqrt());
 }
 
+/// Powers of two leave every digit as it is, so that nothing may change but the exponents of what is a radiance.
 #[test]
-fn an_iteration_keeps_the_share_of_visits_that_is_retained() {
-    for retain in [0.0f32, 0.25, 0.5, 1.0] {
-        let mut guide = guide(|s| (s.strata, s.retain) = (1, retain));
-        let key = state(&guide, Vec3::splat(0.3), Vec3::X);
-        teach(&mut guide, key, &[8.0], 32);
-        guide.end_iteration();
-        let kept = row(&guide, key)[0];
-        assert_eq!((kept.q, kept.visits), (8.0, 32.0 * retain), "the value stays, its weight fades");
-        assert_eq!(guide.field().states(), 1, "the snapshot was taken before");
-        teach(&mut guide, key, &[2.0], 8);
-        let q = row(&guide, key)[0].q;
-        let expected = (8.0 * 32.0 * retain + 2.0 * 8.0) / (32.0 * retain + 8.0);
-        assert!((q - expected).abs() < 1e-5, "retain {retain}: {q}, not {expected}");
+fn light_scaled_by_a_power_of_two_scales_every_bit() {
+    let learnt = |table: DirectionTable, rate: Rate, scale: f32, lift: f32| {
+        let mut guide = guide(|s| {
+            (s.table, s.rate, s.resolution, s.learned_fraction) = (table, rate, 2, Some(true));
+            (s.mis_compensation, s.smoothing) = (true, 0.25);
+        });
+        let mut rng = Rng::new(3);
+        for _ in 0..3 {
+            let mut transitions = random_transitions(&mut rng, &guide, 20_000);
+            // six orders of magnitude, so that squares stay normal numbers
+            transitions.iter_mut().for_each(|t| t.target = t.target.powf(0.25) * scale + lift);
+            learn_all(&mut guide, &transitions, 1000);
+            guide.end_iteration();
+        }
+        guide
+    };
+    for table in TABLES {
+        for rate in [Rate::Vanishing, Rate::Forgetting(0.5), Rate::Constant(0.125)] {
+            let one = learnt(table, rate, 1.0, 0.0);
+            for scale in [2.0f32.powi(-20), 2.0f32.powi(20)] {
+                assert!(scaled_alike(&one, &learnt(table, rate, scale, 0.0), scale), "{table:?}, {rate:?}, {scale:e}");
+            }
+            // an absolute radiance, however small, would be seen
+            assert!(!scaled_alike(&one, &learnt(table, rate, 1.0, 1e-6), 1.0));
+        }
     }
+}
+
+/// Whether `b` is `a` under light that is `scale` times as bright.
+fn scaled_alike(a: &Guide, b: &Guide, scale: f32) -> bool {
+    let learnt = |(old, new): (&qtable::State, &qtable::State)| {
+        let entries = old.entries().iter().zip(new.entries()).all(|(a, b)| a.q * scale == b.q && a.visits == b.visits);
+        let (r, s) = (old.returns, new.returns);
+        let returns = r.mean * scale == s.mean && r.square * (scale * scale) == s.square && r.rays == s.rays;
+        old.key == new.key && entries && returns && old.fraction.logit == new.fraction.logit
+    };
+    let frozen = |state: &qtable::State| match [a, b].map(|guide| guide.field().summary(state.key)) {
+        [None, None] => true,
+        [Some(x), Some(y)] => {
+            let densities = |guide: &Guide, known: &Summary| {
+                let distribution = guide.field().distribution(known, state.normal);
+                let mut rng = Rng::new(state.key.0);
+                [(); 20].map(|_| distribution.pdf(unit(&mut rng)))
+            };
+            x.irradiance * scale == y.irradiance
+                && x.bsdf_fraction == y.bsdf_fraction
+                && densities(a, x) == densities(b, y)
+        }
+        _ => false,
+    };
+    let states = |guide: &Guide| guide.learner.states().cloned().collect::<Vec<_>>();
+    let (old, new) = (states(a), states(b));
+    old.len() == new.len() && old.iter().zip(&new).all(learnt) && old.iter().all(frozen)
 }
 
 #[test]
 fn learning_leaves_the_snapshot_alone() {
     let mut guide = guide(|s| s.strata = 2);
     let key = state(&guide, Vec3::splat(0.3), Vec3::X);
-    teach(&mut guide, key, &[1.0, 2.0, 3.0, 4.0], 20);
+    teach(&mut guide, key, Vec3::X, &[1.0, 2.0, 3.0, 4.0], 20);
     guide.end_iteration();
-    let w = guide.field().grid().frame(key).to_world(Vec3::new(0.3, 0.4, 0.866));
-    let answer = |guide: &Guide| guide.field().distribution(key).map(|d| (d.pdf(w), d.irradiance));
+    let w = Frame::from_normal(Vec3::X).to_world(Vec3::new(0.3, 0.4, 0.866));
+    let answer = |guide: &Guide| {
+        let summary = summary(guide, key);
+        (guide.field().distribution(&summary, Vec3::X).pdf(w), summary)
+    };
     let before = answer(&guide);
-    teach(&mut guide, key, &[9.0, 0.0, 0.0, 0.0], 200);
+    teach(&mut guide, key, Vec3::X, &[9.0, 0.0, 0.0, 0.0], 200);
     assert_eq!(before, answer(&guide));
-    guide.end_iteration();
+    guide.refresh();
     assert_ne!(before, answer(&guide));
+}
+
+#[test]
+fn returns_are_moments_of_the_irradiance_s_estimate() {
+    let mut guide = guide(|s| s.strata = 1);
+    let key = state(&guide, Vec3::splat(0.3), Vec3::X);
+    let one = |target: f32, pdf: f32, scattered: f32, rays: f32| Transition {
+        pdf,
+        scattered,
+        rays,
+        ..visit(key, Vec3::X, Vec3::X, target)
+    };
+    // estimates 4, 0 and 2; what a sharp lobe scattered says nothing
+    learn(
+        &mut guide,
+        [one(2.0, 0.5, 1.0, 3.0), one(0.0, 0.5, 1.0, 1.0), one(4.0, 0.25, 0.125, 5.0), one(9.0, 1.0, 0.0, 9.0)],
+    );
+    let returns = guide.learner.get(key).unwrap().returns;
+    assert_eq!(returns, qtable::Returns { weight: 3.0, mean: 2.0, square: 20.0 / 3.0, rays: 3.0 });
+}
+
+/// Where BSDF and guide each have two halves of the directions, the learnt share goes to whichever is right.
+#[test]
+fn the_learnt_fraction_goes_to_the_better_sampler() {
+    let (bsdf, wrong_way) = ([1.8f32, 0.2], [0.2f32, 1.8]);
+    let learnt = |product: [f32; 2], scale: f32| {
+        let mut rng = Rng::new(4);
+        let mut guide = guide(|s| (s.strata, s.learned_fraction) = (1, Some(true)));
+        let key = state(&guide, Vec3::splat(0.3), Vec3::X);
+        let mixture = [0, 1].map(|half| 0.5 * bsdf[half] + 0.5 * wrong_way[half]);
+        for _ in 0..20 {
+            let transitions: Vec<Transition> = (0..1000)
+                .map(|_| {
+                    let half = (2.0 * rng.f32() >= mixture[0]) as usize;
+                    let (bsdf_pdf, guide_pdf, pdf) = (bsdf[half], wrong_way[half], mixture[half]);
+                    let target = product[half] * scale;
+                    Transition { bsdf_pdf, guide_pdf, pdf, scattered: 1.0, ..visit(key, Vec3::X, Vec3::X, target) }
+                })
+                .collect();
+            learn(&mut guide, transitions);
+            guide.end_iteration();
+        }
+        summary(&guide, key).bsdf_fraction
+    };
+    let shares = [bsdf, wrong_way, [1.0, 1.0]].map(|product| learnt(product, 1.0));
+    println!(
+        "BSDF's share where it is right {:.3}, where the guide is {:.3}, half and half {:.3}",
+        shares[0], shares[1], shares[2]
+    );
+    assert!(shares[0] > 0.9 && shares[1] < 0.1 && (shares[2] - 0.5).abs() < 0.1, "{shares:?}");
+    // a rate of one hundredth in units of the gradient: exposure is nothing to it
+    assert_eq!(learnt(bsdf, 2.0f32.powi(20)), shares[0]);
 }
 
 #[test]
 fn memory_stays_within_its_bound() {
     let mut rng = Rng::new(4);
-    for memory in [1, 1_000, 5_000, 60_000, 1_000_000, 10_000_000] {
-        for strata in [1, 4, 12] {
-            let mut guide = guide(|s| (s.memory, s.strata, s.resolution) = (memory, strata, 64));
+    let methods = [GuidingMethod::Grid, GuidingMethod::Adaptive];
+    for (table, method) in TABLES.into_iter().flat_map(|table| methods.map(|method| (table, method))) {
+        for memory in [1, 1_000, 5_000, 60_000, 1_000_000, 10_000_000] {
+            let mut guide = guide(|s| {
+                (s.memory, s.table, s.method, s.strata) = (memory, table, method, 4);
+                (s.resolution, s.refine_visits, s.split_visits) = (8, 1.0, 1.0);
+            });
             let mut met = std::collections::HashSet::new();
             for _ in 0..3 {
-                let mut transitions = random_transitions(&mut rng, &guide, 20_000);
-                transitions.iter_mut().for_each(|t| t.action %= (strata * strata) as u16);
+                let transitions = random_transitions(&mut rng, &guide, 20_000);
                 met.extend(transitions.iter().map(|t| t.key));
-                guide.learn(&recorders(&transitions, 5000).iter().collect::<Vec<_>>());
+                learn_all(&mut guide, &transitions, 5000);
                 guide.end_iteration();
             }
-            let per_state =
-                Shard::bytes_per_state((strata * strata) as usize) + Field::bytes_per_state(&Strata::new(strata));
-            let room = memory as usize / per_state;
+            let cells = guide.states.bytes();
+            let held = held_bytes(&guide);
             println!(
-                "{memory} bytes, K = {}: {} of {} states, {} bytes",
-                strata * strata,
+                "{table:?}, {method:?}: {memory} bytes hold {} of {} states, {held} bytes",
                 guide.states(),
-                met.len(),
-                guide.bytes()
+                met.len()
             );
-            assert!(guide.states() <= room.min(met.len()), "{} states, room for {room}", guide.states());
+            // cells are there before anything is learnt
+            assert!(guide.bytes() <= (memory as usize).max(cells), "{} bytes of {memory}", guide.bytes());
             // an empty snapshot has a table of two slots
-            assert!(guide.bytes() <= memory as usize + 32, "{} bytes of {memory}", guide.bytes());
-            // and the room is used: shards fill unevenly, but not by half
-            assert!(2 * guide.states() >= room.min(met.len()), "{} states, room for {room}", guide.states());
+            assert!(held <= guide.bytes() + 32 + cells, "{held} bytes are held, {} are admitted", guide.bytes());
+            // the room is used: shards fill unevenly, but not by half
+            let one = qtable::bytes_besides_actions() + bytes_of_directions(table);
+            let room = (memory as usize / 32 / one * 32).min(met.len()) * one;
+            assert!(method != GuidingMethod::Grid || 2 * guide.bytes() >= room, "{} bytes of {room}", guide.bytes());
         }
     }
+}
+
+/// Of a table as it begins, with four strata along a side.
+fn bytes_of_directions(table: DirectionTable) -> usize {
+    match table {
+        DirectionTable::Hemisphere => qtable::bytes_of_strata(16),
+        DirectionTable::Sphere => qtable::bytes_of_strata(32),
+        DirectionTable::Tree => tree::bytes_per_node(),
+    }
+}
+
+/// Bytes of the states, of the hash at its least load, and of the snapshot.
+fn held_bytes(guide: &Guide) -> usize {
+    let state = |state: &qtable::State| size_of::<qtable::State>() + size_of_val(state.entries());
+    guide.learner.states().map(state).sum::<usize>() + guide.field().bytes()
 }
 
 proptest! {
@@ -158,19 +275,16 @@ proptest! {
     fn every_state_that_was_learnt_is_found(start in 0u64..1 << 40, step in 1u64..1 << 20, n in 1usize..400, bins in 1u64..54) {
         let mut guide = guide(|s| s.strata = 1);
         let key = |i: usize| StateKey(((start + i as u64 * step) & ((1 << 51) - 1)) | (i as u64 % bins) << 51);
-        let mut recorder = Recorder::new();
-        for i in 0..n {
-            (0..20).for_each(|_| recorder.push(Transition { key: key(i), action: 0, target: 1.0 + i as f32 }));
-        }
-        guide.learn(&[&recorder]);
+        let visits = (0..n).flat_map(|i| (0..20).map(move |_| (i, 1.0 + i as f32)));
+        learn(&mut guide, visits.map(|(i, target)| visit(key(i), Vec3::Y, Vec3::Y, target)));
         guide.end_iteration();
-        prop_assert_eq!(guide.field().states(), n);
+        prop_assert_eq!(guide.field().len(), n);
         for i in 0..n {
-            let found = guide.field().distribution(key(i)).map(|d| d.irradiance);
+            let found = guide.field().summary(key(i)).map(|s| s.irradiance);
             // Q = 1 + i over the hemisphere: irradiance π·Q
             let expected = std::f32::consts::PI * (1.0 + i as f32);
             prop_assert!(found.is_some_and(|e| (e / expected - 1.0).abs() < 1e-5), "{:?} for {}", found, expected);
-            prop_assert!(guide.field().distribution(key(n + i)).is_none());
+            prop_assert!(guide.field().summary(key(n + i)).is_none());
         }
     }
 }

@@ -2,22 +2,33 @@
 
 mod directions;
 mod learning;
+mod rates;
+mod refining;
 mod states;
+mod trees;
 
 use super::*;
+use crate::geometry::Frame;
 use crate::math::rng::Rng;
-use crate::scene::description::GuidingSettings;
+use crate::math::warp;
+use crate::scene::description::Rate;
 
-/// The settings' guide of a cube of side 1, with the cells that most tests want.
+/// A guide of a cube of side 1: a grid of strata of the hemisphere, at the vanishing rate, unless changed.
 fn guide(change: impl FnOnce(&mut GuidingSettings)) -> Guide {
-    let mut settings = GuidingSettings { resolution: 8, retain: 1.0, ..GuidingSettings::default() };
+    let mut settings = GuidingSettings {
+        method: GuidingMethod::Grid,
+        table: DirectionTable::Hemisphere,
+        resolution: 8,
+        rate: Rate::Vanishing,
+        ..GuidingSettings::default()
+    };
     change(&mut settings);
-    Guide::new(&settings, (Vec3::ZERO, Vec3::ONE)).expect("the method is the grid")
+    Guide::new(&settings, (Vec3::ZERO, Vec3::ONE)).expect("the method is not none")
 }
 
 /// Uniform on the sphere.
 fn unit(rng: &mut Rng) -> Vec3 {
-    crate::math::warp::square_to_uniform_sphere(rng.f32x2())
+    warp::square_to_uniform_sphere(rng.f32x2())
 }
 
 fn point(rng: &mut Rng) -> Vec3 {
@@ -26,27 +37,79 @@ fn point(rng: &mut Rng) -> Vec3 {
 
 /// The state at `p` on the side of `n`, without jitter.
 fn state(guide: &Guide, p: Vec3, n: Vec3) -> StateKey {
-    guide.field().grid().key(p, n, [0.5; 2])
+    guide.states.key(p, n, [0.5; 2])
 }
 
-/// Visits each action of a state `visits` times and finds `row` there.
-fn teach(guide: &mut Guide, key: StateKey, row: &[f32], visits: usize) {
-    let mut recorder = Recorder::new();
-    for (action, target) in row.iter().enumerate() {
-        (0..visits).for_each(|_| recorder.push(Transition { key, action: action as u16, target: *target }));
+/// A visit to a Lambertian surface, its direction drawn uniformly from the hemisphere about `n`.
+fn visit(key: StateKey, n: Vec3, wi: Vec3, target: f32) -> Transition {
+    let cos = wi.dot(n).max(0.0);
+    Transition {
+        key,
+        wi: PackedDirection::new(wi),
+        normal: PackedDirection::new(n),
+        target,
+        pdf: 0.5 * std::f32::consts::FRAC_1_PI,
+        bsdf_pdf: cos * std::f32::consts::FRAC_1_PI,
+        guide_pdf: -1.0,
+        scattered: cos * std::f32::consts::FRAC_1_PI,
+        rays: 2.0,
     }
+}
+
+/// All transitions in one recorder.
+fn learn(guide: &mut Guide, transitions: impl IntoIterator<Item = Transition>) {
+    let mut recorder = Recorder::new();
+    transitions.into_iter().for_each(|t| recorder.push(t));
     guide.learn(&[&recorder]);
 }
 
+/// Visits each stratum of a state with the normal `n` in its middle, `visits` times, and finds `row` there.
+fn teach(guide: &mut Guide, key: StateKey, n: Vec3, row: &[f32], visits: usize) {
+    let Table::Strata(strata) = guide.learner.table.clone() else { panic!("the table has strata") };
+    let sphere = strata.domain() == Domain::Sphere;
+    // the table lies about the normal as it is packed
+    let frame = Frame::from_normal(PackedDirection::new(n).unpack());
+    let middle = |k: usize| {
+        let w = strata.direction(k, [0.5; 2]);
+        if sphere { w } else { frame.to_world(w) }
+    };
+    let visits = row.iter().enumerate().flat_map(|(k, q)| (0..visits).map(move |_| (k, *q)));
+    learn(guide, visits.map(|(k, q)| visit(key, n, middle(k), q)));
+}
+
+/// Visits a state `visits` times in random directions, and finds what `light` sends from there (in world space).
+fn look_around(
+    guide: &mut Guide,
+    rng: &mut Rng,
+    (key, n): (StateKey, Vec3),
+    visits: usize,
+    light: impl Fn(Vec3) -> f32,
+) {
+    let frame = Frame::from_normal(n);
+    let transitions: Vec<Transition> = (0..visits)
+        .map(|_| frame.to_world(warp::square_to_uniform_hemisphere(rng.f32x2())))
+        .map(|w| visit(key, n, w, light(w)))
+        .collect();
+    learn(guide, transitions);
+}
+
 /// All that a learner knows, in bits.
-fn contents(guide: &Guide) -> Vec<(StateKey, Vec<(u32, u32)>)> {
-    let bits = |entries: &[qtable::Entry]| entries.iter().map(|e| (e.q.to_bits(), e.visits.to_bits())).collect();
-    let shards = guide.learner.shards().iter();
-    shards.flat_map(|shard| shard.states()).map(|(key, entries)| (key, bits(entries))).collect()
+fn contents(guide: &Guide) -> Vec<(StateKey, Vec<u32>)> {
+    let bits = |state: &qtable::State| {
+        let entries = state.entries().iter().flat_map(|e| [e.q, e.visits]);
+        let (r, f) = (state.returns, state.fraction);
+        let rest = [state.visits, state.fresh, r.weight, r.mean, r.square, r.rays, f.logit, f.first, f.second];
+        entries.chain(rest).map(f32::to_bits).collect()
+    };
+    guide.learner.states().map(|state| (state.key, bits(state))).collect()
 }
 
 /// The entries of a state.
 fn row(guide: &Guide, key: StateKey) -> Vec<qtable::Entry> {
-    let mut states = guide.learner.shards().iter().flat_map(|shard| shard.states());
-    states.find(|(k, _)| *k == key).map(|(_, entries)| entries.to_vec()).expect("the state is in the table")
+    guide.learner.get(key).expect("the state is in the table").entries().to_vec()
+}
+
+/// What the snapshot knows of a state.
+fn summary(guide: &Guide, key: StateKey) -> Summary {
+    *guide.field().summary(key).expect("enough visits")
 }

@@ -3,29 +3,46 @@
 use super::*;
 use crate::math::rng::Rng;
 use proptest::prelude::*;
+use std::collections::HashSet;
 
 fn grid(resolution: u32, normals: bool) -> Grid {
     Grid::new(Vec3::ZERO, Vec3::ONE, resolution, normals)
 }
 
+/// Cells cut at random, up to three times.
+fn adaptive(rng: &mut Rng, resolution: u32) -> Adaptive {
+    let mut adaptive = Adaptive::new(Vec3::ZERO, Vec3::ONE, resolution, 3);
+    for coarse in 0..adaptive.coarse_cells() {
+        for _ in 0..rng.next_u32() % 5 {
+            adaptive.refine(coarse);
+        }
+    }
+    adaptive
+}
+
+/// Both ways of telling states apart.
+fn ways(rng: &mut Rng, resolution: u32) -> [States; 2] {
+    [States::Grid(grid(resolution, true)), States::Adaptive(adaptive(rng, resolution))]
+}
+
 #[test]
 fn the_two_sides_of_a_thin_sheet_never_share_a_state() {
     let mut rng = Rng::new(1);
-    let grid = grid(16, true);
-    for _ in 0..10_000 {
-        let (p, n, jitter) = (point(&mut rng), unit(&mut rng), rng.f32x2());
-        assert_ne!(grid.key(p, n, jitter), grid.key(p, -n, jitter), "{p}, {n}");
-        assert!(grid.frame(grid.key(p, n, jitter)).n.dot(grid.frame(grid.key(p, -n, jitter)).n) < 0.0);
+    for states in ways(&mut Rng::new(2), 16) {
+        for _ in 0..10_000 {
+            let (p, n, jitter) = (point(&mut rng), unit(&mut rng), rng.f32x2());
+            assert_ne!(states.key(p, n, jitter), states.key(p, -n, jitter), "{p}, {n}");
+        }
     }
 }
 
 #[test]
 fn walls_that_meet_in_a_corner_do_not_share_states() {
     let axes = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
-    let keys = |normals: bool| -> std::collections::HashSet<_> {
-        axes.iter().map(|n| grid(16, normals).key(Vec3::splat(0.5), *n, [0.5; 2])).collect()
-    };
-    assert_eq!((keys(true).len(), keys(false).len()), (6, 1));
+    let keys =
+        |states: &States| -> HashSet<_> { axes.iter().map(|n| states.key(Vec3::splat(0.5), *n, [0.5; 2])).collect() };
+    assert!(ways(&mut Rng::new(3), 16).iter().all(|states| keys(states).len() == 6));
+    assert_eq!(keys(&States::Grid(grid(16, false))).len(), 1);
 }
 
 #[test]
@@ -33,7 +50,7 @@ fn the_grid_has_as_many_cells_as_it_says() {
     for resolution in [1u32, 8, 32, 1000] {
         let grid = grid(resolution, true);
         let at = |i: u32| grid.key(Vec3::new((i as f32 + 0.5) / resolution as f32, 0.5, 0.5), Vec3::Y, [0.5; 2]);
-        let cells: std::collections::HashSet<_> = (0..resolution).map(at).collect();
+        let cells: HashSet<_> = (0..resolution).map(at).collect();
         assert_eq!(cells.len(), resolution as usize, "along one side");
     }
 }
@@ -41,10 +58,12 @@ fn the_grid_has_as_many_cells_as_it_says() {
 #[test]
 fn a_wall_along_the_box_is_one_layer_of_cells() {
     // walls at round coordinates, wrong by rounding either way
-    let grid = grid(8, true);
-    for wall in [0.0f32, 0.125, 0.25, 0.5, 1.0] {
-        let key = |y: f32| grid.key(Vec3::new(0.3, y, 0.7), Vec3::Y, [0.5; 2]);
-        assert_eq!(key(wall - 1e-6), key(wall + 1e-6), "{wall}");
+    let fresh = Adaptive::new(Vec3::ZERO, Vec3::ONE, 8, 4);
+    for states in [States::Grid(grid(8, true)), States::Adaptive(fresh)] {
+        for wall in [0.0f32, 0.125, 0.25, 0.5, 1.0] {
+            let key = |y: f32| states.key(Vec3::new(0.3, y, 0.7), Vec3::Y, [0.5; 2]);
+            assert_eq!(key(wall - 1e-6), key(wall + 1e-6), "{wall}");
+        }
     }
 }
 
@@ -53,40 +72,155 @@ fn jitter_reaches_the_neighbours_along_the_surface_only() {
     let mut rng = Rng::new(2);
     let grid = grid(8, true);
     let (p, n) = (Vec3::new(0.41, 0.33, 0.47), Vec3::Y);
-    let keys: std::collections::HashSet<_> = (0..1000).map(|_| grid.key(p, n, rng.f32x2())).collect();
+    let keys: HashSet<_> = (0..1000).map(|_| grid.key(p, n, rng.f32x2())).collect();
     assert_eq!(keys.len(), 4, "half a cell to either side of a floor reaches four cells");
+    // of an adaptive grid, the cells are those of the point's own size
+    for level in 0..3 {
+        let mut adaptive = Adaptive::new(Vec3::ZERO, Vec3::ONE, 8, 4);
+        for coarse in 0..adaptive.coarse_cells() {
+            (0..level).for_each(|_| assert!(adaptive.refine(coarse)));
+        }
+        let own = adaptive.key(p, n, [0.5; 2]);
+        let beside: HashSet<_> = own.neighbours().flat_map(|key| key.neighbours().chain([key])).collect();
+        let keys: HashSet<_> = (0..1000).map(|_| adaptive.key(p, n, rng.f32x2())).collect();
+        assert_eq!(keys.len(), 4, "level {level}");
+        assert!(keys.is_subset(&beside), "level {level}");
+    }
 }
 
 #[test]
 fn scenes_without_extent_have_states() {
     let grid = Grid::new(Vec3::ONE, Vec3::ONE, 32, true);
     assert_eq!(grid.key(Vec3::ONE, Vec3::Y, [0.5; 2]), grid.key(Vec3::ONE, Vec3::Y, [0.5; 2]));
-    assert!(grid.frame(grid.key(Vec3::ONE, Vec3::Y, [0.5; 2])).n.is_finite());
+    let adaptive = Adaptive::new(Vec3::ONE, Vec3::ONE, 32, 4);
+    let key = adaptive.key(Vec3::ONE, Vec3::Y, [0.5; 2]);
+    assert!(adaptive.current(key) && adaptive.coarse_of(key) < adaptive.coarse_cells());
+    // a flat scene has few cells across, not as many as along
+    let flat = Adaptive::new(Vec3::ZERO, Vec3::new(1.0, 0.0, 1.0), 32, 4);
+    assert!(flat.coarse_cells() <= 36 * 36 * 4, "{}", flat.coarse_cells());
+}
+
+#[test]
+fn a_cut_state_s_points_are_in_its_parts() {
+    let mut rng = Rng::new(4);
+    let mut adaptive = adaptive(&mut rng, 4);
+    let mut reached = 0;
+    for _ in 0..300 {
+        let (p, n) = (point(&mut rng), unit(&mut rng));
+        let whole = adaptive.key(p, n, [0.5; 2]);
+        let parts: Vec<StateKey> = whole.parts().collect();
+        assert_eq!(parts.iter().collect::<HashSet<_>>().len(), 8);
+        assert!(parts.iter().all(|&part| adaptive.coarse_of(part) == adaptive.coarse_of(whole)));
+        if !adaptive.refine(adaptive.coarse_of(whole)) {
+            continue;
+        }
+        assert!(!adaptive.current(whole) && parts.iter().all(|&part| adaptive.current(part)));
+        let part = parts.iter().position(|&part| part == adaptive.key(p, n, [0.5; 2]));
+        reached |= 1 << part.expect("the point is in one of the parts");
+        // and of another normal it is in none of them
+        assert!(!parts.contains(&adaptive.key(p, -n, [0.5; 2])));
+    }
+    assert_eq!(reached, 0xff, "every part has points");
+}
+
+#[test]
+fn neighbours_are_the_states_a_state_s_extent_away() {
+    let mut rng = Rng::new(5);
+    for level in 0..4 {
+        let mut adaptive = Adaptive::new(Vec3::ZERO, Vec3::ONE, 4, 4);
+        for coarse in 0..adaptive.coarse_cells() {
+            (0..level).for_each(|_| assert!(adaptive.refine(coarse)));
+        }
+        let extent = 0.25 / (1 << level) as f32;
+        for _ in 0..1000 {
+            let (p, n) = (point(&mut rng), unit(&mut rng));
+            let neighbours: HashSet<_> = adaptive.key(p, n, [0.5; 2]).neighbours().collect();
+            for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+                for step in [-extent, extent] {
+                    assert!(neighbours.contains(&adaptive.key(p + axis * step, n, [0.5; 2])));
+                }
+            }
+            assert!(neighbours.len() == 6 && !neighbours.contains(&adaptive.key(p, n, [0.5; 2])));
+        }
+    }
+    assert_eq!(StateKey(0).neighbours().count(), 3, "beyond the border there is nothing");
+}
+
+#[test]
+fn cutting_changes_only_its_coarse_cell() {
+    let mut rng = Rng::new(6);
+    let mut adaptive = adaptive(&mut rng, 4);
+    let points: Vec<(Vec3, Vec3)> = (0..5000).map(|_| (point(&mut rng), unit(&mut rng))).collect();
+    let keys =
+        |adaptive: &Adaptive| -> Vec<StateKey> { points.iter().map(|&(p, n)| adaptive.key(p, n, [0.5; 2])).collect() };
+    for _ in 0..50 {
+        let before = keys(&adaptive);
+        let coarse = adaptive.coarse_of(before[rng.next_u32() as usize % before.len()]);
+        let cut = adaptive.refine(coarse);
+        for (old, new) in before.iter().zip(keys(&adaptive)) {
+            assert_eq!(*old != new, cut && adaptive.coarse_of(*old) == coarse);
+            assert_eq!(adaptive.coarse_of(*old), adaptive.coarse_of(new));
+        }
+    }
+    // three halvings are the most of these
+    let coarse = adaptive.coarse_of(keys(&adaptive)[0]);
+    while adaptive.refine(coarse) {}
+    let before = keys(&adaptive);
+    assert!(!adaptive.refine(coarse) && before == keys(&adaptive));
+}
+
+#[test]
+fn jitter_across_a_border_names_a_current_state() {
+    let mut rng = Rng::new(7);
+    let adaptive = adaptive(&mut rng, 4);
+    let mut crossed = 0;
+    for _ in 0..100_000 {
+        let (p, n) = (point(&mut rng), unit(&mut rng));
+        let (still, moved) = (adaptive.key(p, n, [0.5; 2]), adaptive.key(p, n, rng.f32x2()));
+        assert!(adaptive.current(still) && adaptive.current(moved), "{p}, {n}");
+        crossed += (adaptive.coarse_of(still) != adaptive.coarse_of(moved)) as u32;
+    }
+    assert!(crossed > 1000, "only {crossed} look-ups came into another coarse cell");
+}
+
+#[test]
+fn cells_take_a_byte_each() {
+    for resolution in [1u32, 16, 128] {
+        let adaptive = Adaptive::new(-Vec3::ONE, Vec3::ONE, resolution, 4);
+        assert_eq!(adaptive.bytes(), adaptive.coarse_cells());
+        assert!(adaptive.bytes() <= (resolution as usize + 4).pow(3), "{} bytes", adaptive.bytes());
+    }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever a renderer may ask, not-a-number included, there is a state, with a frame.
+    /// Whatever a renderer may ask, not-a-number included, there is a state, and it is one that a cell is cut into.
     #[test]
-    fn every_question_has_an_answer(p in any::<[f32; 3]>(), n in any::<[f32; 3]>(), u in 0.0f32..1.0, v in 0.0f32..1.0, resolution in 1u32..65_536) {
+    fn every_question_has_an_answer(p in any::<[f32; 3]>(), n in any::<[f32; 3]>(), u in 0.0f32..1.0, v in 0.0f32..1.0, resolution in 1u32..64) {
         for normals in [true, false] {
-            let grid = grid(resolution, normals);
-            let frame = grid.frame(grid.key(p.into(), n.into(), [u, v]));
-            prop_assert!([frame.s, frame.t, frame.n].iter().all(|axis| axis.is_normalized()));
-            prop_assert!(frame.s.dot(frame.t).abs() < 1e-5 && frame.s.cross(frame.t).dot(frame.n) > 0.999);
+            grid(1000 * resolution, normals).key(p.into(), n.into(), [u, v]);
+        }
+        let adaptive = adaptive(&mut Rng::new(resolution as u64), resolution.min(6));
+        let key = adaptive.key(p.into(), n.into(), [u, v]);
+        prop_assert!(adaptive.coarse_of(key) < adaptive.coarse_cells());
+        prop_assert!(adaptive.current(key));
+        for neighbour in key.neighbours() {
+            prop_assert!(adaptive.coarse_of(neighbour) < adaptive.coarse_cells());
         }
     }
 
     /// Far outside, cells do not wrap round to the other side.
     #[test]
     fn far_points_fall_into_the_border(far in 1e6f32..1e30, axis in 0usize..3) {
-        let grid = grid(32, true);
-        let mut p = Vec3::splat(0.5);
-        p[axis] = far;
-        let mut farther = p;
-        farther[axis] = 10.0 * far;
-        prop_assert_eq!(grid.key(p, Vec3::Y, [0.5; 2]), grid.key(farther, Vec3::Y, [0.5; 2]));
-        prop_assert_ne!(grid.key(p, Vec3::Y, [0.5; 2]), grid.key(-p, Vec3::Y, [0.5; 2]));
+        for states in ways(&mut Rng::new(8), 6) {
+            let key = |p: Vec3| states.key(p, Vec3::Y, [0.5; 2]);
+            let mut p = Vec3::splat(0.5);
+            p[axis] = far;
+            let mut farther = p;
+            farther[axis] = 10.0 * far;
+            prop_assert_eq!(key(p), key(farther));
+            prop_assert_ne!(key(p), key(-p));
+        }
     }
 }

@@ -25,7 +25,7 @@ fn unknown_keys_and_values_are_refused_with_a_suggestion() {
         ("[film]\nfilter = 'gausian'", "2:10: unknown filter `gausian` in [film]: did you mean `gaussian`?"),
         (
             "[integrator]\nroulette = 'albedo'",
-            "2:12: unknown roulette `albedo` in [integrator]: known are `throughput` and `none`",
+            "2:12: unknown roulette `albedo` in [integrator]: known are `guided`, `throughput` and `none`",
         ),
         ("[material.A]\ntype = 'difuse'", "2:8: unknown type `difuse` in [material.A]: did you mean `diffuse`?"),
         (
@@ -49,6 +49,19 @@ fn unknown_keys_and_values_are_refused_with_a_suggestion() {
             "# é\n[film]\n\"é\" = 0 ",
             "3:1: unknown key `é` in [film]: known are `width`, `height`, `filter` and `exposure`",
         ),
+    ];
+    assert_faults(&cases);
+}
+
+#[test]
+fn unknown_choices_of_the_guide_are_refused() {
+    let cases = [
+        ("[guiding]\nmethod = 'grids'", "2:10: unknown method `grids` in [guiding]: did you mean `grid`?"),
+        ("[guiding]\ntable = 'tee'", "2:9: unknown table `tee` in [guiding]: did you mean `tree`?"),
+        ("[guiding]\nrule = 'q-learnin'", "2:8: unknown rule `q-learnin` in [guiding]: did you mean `q-learning`?"),
+        ("[guiding]\nrate = 'vanish'", "2:8: unknown rate `vanish` in [guiding]: did you mean `vanishing`?"),
+        ("[guiding]\nsampling = 'qcos'", "2:12: unknown sampling `qcos` in [guiding]: did you mean `q-cos`?"),
+        ("[guiding]\nupdates = 'on-line'", "2:11: unknown updates `on-line` in [guiding]: did you mean `online`?"),
     ];
     assert_faults(&cases);
 }
@@ -109,7 +122,11 @@ fn numbers_out_of_range_are_refused() {
             "2:8: `vfov` must be greater than 0 and less than 180, found 179.9999999999",
         ),
         ("[integrator]\nmax_depth = 0", "2:13: `max_depth` must be between 1 and 4294967295, found 0"),
-        ("[guiding]\nlambda = 1.5", "2:10: `lambda` must be between 0 and 1, found 1.5"),
+        ("[guiding]\nretain = 1.5", "2:10: `retain` must be between 0 and 1, found 1.5"),
+        ("[guiding]\nsmoothing = -0.5", "2:13: `smoothing` must be between 0 and 1, found -0.5"),
+        ("[guiding]\nlevels = 5", "2:10: `levels` must be between 0 and 4, found 5"),
+        ("[guiding]\nresolution = 8193", "2:14: `resolution` must be between 1 and 8192, found 8193"),
+        ("[integrator]\nmax_split = 0.5", "2:13: `max_split` must be at least 1, found 0.5"),
         ("[guiding]\nbsdf_fraction = 0", "2:17: `bsdf_fraction` must be greater than 0 and at most 1, found 0"),
         (
             "[guiding]\nmemory = '12 XB'",
@@ -134,6 +151,11 @@ fn numbers_out_of_range_are_refused() {
 #[test]
 fn contradictions_are_refused() {
     let cases = [
+        ("[guiding]\nresolution = 8192", "2:14: `resolution` must be at most 128 with method `adaptive`, found 8192"),
+        (
+            "[guiding]\nresolution = 129\nmethod = 'adaptive'",
+            "2:14: `resolution` must be at most 128 with method `adaptive`, found 129",
+        ),
         ("[camera]\norigin = [0, 0, 0]", "1:1: [camera] needs `target`"),
         ("[camera]\norigin = [1, 0, 0]\ntarget = [1, 0, 0]", "3:10: `target` must differ from `origin`"),
         ("[camera]\ntarget = [1, 2, 0]\norigin = [1, 0, 0]", "2:10: `up` must not be zero or parallel to the view"),

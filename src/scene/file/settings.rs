@@ -18,6 +18,8 @@ const STOPS: Bounds = Bounds::new(|x| x.abs() <= 64.0, "between -64 and 64");
 const FRACTION: Bounds = Bounds::new(|x| x > 0.0 && x <= 1.0, "greater than 0 and at most 1");
 const AT_LEAST_ONE: Bounds = Bounds::new(|x| x >= 1.0, "at least 1");
 const ANY: u64 = u32::MAX as u64;
+/// An adaptive guide holds a number for each of its coarse cells, empty ones too.
+const MAX_COARSE: u32 = 128;
 
 pub(super) fn film(t: &mut Reader, film: &mut FilmDescription) -> Result<(), Fault> {
     let filters = [("box", Filter::Box), ("tent", Filter::Tent), ("gaussian", Filter::Gaussian)];
@@ -70,7 +72,13 @@ pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fau
     t.number("rho", UNIT, &mut s.rho)?;
     t.flag("directional_filter", &mut s.directional_filter)?;
     check_updates(t, s)?;
-    memory(t, "memory", &mut s.memory)
+    memory(t, "memory", &mut s.memory)?;
+    if s.method == GuidingMethod::Adaptive && s.resolution > MAX_COARSE {
+        let message =
+            format!("`resolution` must be at most {MAX_COARSE} with method `adaptive`, found {}", s.resolution);
+        return Err(Fault::new(t.place(&["resolution", "method"]), message));
+    }
+    Ok(())
 }
 
 /// An SD-tree's snapshots are of whole iterations.

@@ -1,0 +1,106 @@
+//! A path that splits, its targets computed by hand.
+
+use super::*;
+use crate::guiding::recorder::SHARDS;
+use glam::Vec3;
+
+fn edge(key: u64) -> Option<Edge> {
+    let [wi, normal] = [Vec3::X, Vec3::Y].map(PackedDirection::new);
+    let scattered = 0.25;
+    Some(Edge { key: StateKey(key), wi, normal, pdf: 0.5, bsdf_pdf: 0.75, guide_pdf: -1.0, scattered })
+}
+
+fn vertex(parent: u32, weight: f32, edge: Option<Edge>, local: f32, expected: Option<Expectation>) -> Vertex {
+    Vertex { arrival: Arrival { parent, weight: Rgb::splat(weight), edge }, local: Rgb::splat(local), expected }
+}
+
+/// What a rule expects of a grey surface of albedo 1/2 under an irradiance of 4π (a peak of 6π), after 30 visits.
+fn expected(rule: LearningRule) -> Option<Expectation> {
+    let pi = std::f32::consts::PI;
+    Expectation::new(rule, 10.0, (4.0 * pi, 6.0 * pi, 30.0), Rgb::splat(0.5))
+}
+
+/// The camera sees x; from there one path goes to y1 and another to y2, and from y1 on to z. Beside it, a second path
+/// leaves the scene at once. Returns state, target and rays of what is recorded, sorted by the target's state.
+fn learnt(x: Option<Expectation>, y: Option<Expectation>) -> Vec<(u64, f32, f32)> {
+    let waves = vec![
+        vec![vertex(u32::MAX, 1.0, None, 9.0, None), vertex(u32::MAX, 1.0, None, 0.25, x)],
+        vec![vertex(1, 0.5, edge(10), 1.0, y), vertex(1, 0.25, edge(11), 3.0, None)],
+        vec![vertex(0, 2.0, edge(20), 5.0, None)],
+        // longer paths have been here before
+        Vec::new(),
+    ];
+    let mut recorder = Recorder::new();
+    // memory that an earlier batch has left behind
+    let rest = || vec![Followed { radiance: Rgb::splat(1e9), rays: 1e9 }; 3];
+    record(&waves, &mut [rest(), rest()], &mut recorder);
+    let all = (0..SHARDS).flat_map(|shard| recorder.shard(shard));
+    let mut all: Vec<(u64, f32, f32)> = all.map(|t| (t.key.0, t.target, t.rays)).collect();
+    all.sort_by_key(|(key, ..)| *key);
+    all
+}
+
+fn near(found: &[(u64, f32, f32)], by_hand: &[(u64, f32, f32)]) -> bool {
+    let same = |(a, b): (&(u64, f32, f32), &(u64, f32, f32))| a.0 == b.0 && (a.1 - b.1).abs() < 1e-5 && a.2 == b.2;
+    found.len() == by_hand.len() && found.iter().zip(by_hand).all(same)
+}
+
+#[test]
+fn each_rule_learns_what_it_says() {
+    // from z arrives its own 5; y1 has 1, and finds 2·5 beyond; y2 has 3
+    let by_hand = |y1: f32| [(10, y1, 2.0), (11, 3.0, 1.0), (20, 5.0, 1.0)];
+    let cases = [
+        (LearningRule::MonteCarlo, 1.0 + 10.0),
+        // albedo/π · E = 1/2 · 4
+        (LearningRule::ExpectedSarsa, 1.0 + 2.0),
+        (LearningRule::QLearning, 1.0 + 3.0),
+        // 30 of 40 parts of the expectation
+        (LearningRule::Blend, 1.0 + 0.75 * 2.0 + 0.25 * 10.0),
+    ];
+    for (rule, y1) in cases {
+        let found = learnt(expected(rule), expected(rule));
+        assert!(near(&found, &by_hand(y1)), "{rule:?}: {found:?}");
+        assert!(!near(&found, &by_hand(y1 + 1e-3)), "{rule:?}");
+    }
+}
+
+#[test]
+fn what_the_camera_sees_is_nobody_s_to_learn() {
+    // whatever is expected at the camera's vertex, the targets are the same, and none is its own
+    let sarsa = expected(LearningRule::ExpectedSarsa);
+    assert_eq!(learnt(None, sarsa), learnt(sarsa, sarsa));
+    assert_eq!(learnt(None, None).len(), 3);
+}
+
+#[test]
+fn parts_of_a_split_add_up() {
+    // the first vertex of three is where the path splits: its arrival is learnt as well
+    let waves = vec![
+        vec![vertex(u32::MAX, 1.0, None, 0.0, None)],
+        vec![vertex(0, 1.0, edge(1), 0.5, None)],
+        vec![
+            vertex(0, 0.5, edge(2), 1.0, None),
+            vertex(0, 0.25, edge(3), 2.0, None),
+            vertex(0, 1.0, edge(4), 4.0, None),
+        ],
+    ];
+    let mut recorder = Recorder::new();
+    record(&waves, &mut [Vec::new(), Vec::new()], &mut recorder);
+    let found = (0..SHARDS).flat_map(|shard| recorder.shard(shard)).find(|t| t.key == StateKey(1)).unwrap();
+    assert!((found.target - (0.5 + 0.5 + 0.5 + 4.0)).abs() < 1e-5 && found.rays == 4.0, "{found:?}");
+    let Transition { pdf, bsdf_pdf, guide_pdf, scattered, .. } = *found;
+    assert_eq!((pdf, bsdf_pdf, guide_pdf, scattered), (0.5, 0.75, -1.0, 0.25));
+}
+
+#[test]
+fn what_is_not_finite_is_not_learnt() {
+    for bad in [f32::INFINITY, f32::NAN] {
+        let waves = vec![
+            vec![vertex(u32::MAX, 1.0, None, 0.0, None), vertex(u32::MAX, 1.0, None, 0.0, None)],
+            vec![vertex(0, 1.0, edge(1), bad, None), vertex(1, 1.0, edge(2), 1.0, None)],
+        ];
+        let mut recorder = Recorder::new();
+        record(&waves, &mut [Vec::new(), Vec::new()], &mut recorder);
+        assert_eq!(recorder.len(), 1);
+    }
+}
