@@ -44,6 +44,7 @@ pub mod guiding;
 pub mod integrator;
 pub mod light;
 pub mod math;
+pub mod paper;
 pub mod render;
 pub mod scene;
 pub mod stats;

@@ -6,6 +6,7 @@ mod bench;
 mod error;
 mod generate;
 mod output;
+mod paper;
 mod progress;
 mod render;
 mod report;
@@ -34,6 +35,8 @@ enum Command {
     Error(error::ErrorArguments),
     /// Measure how rays are best traced here: single or in packets, in which order, with which flags.
     Bench(bench::BenchArguments),
+    /// Render the pictures of Tan's paper on the project's own scenes, with a table of what they cost.
+    Paper(paper::PaperArguments),
     /// Write the project's own scenes.
     Generate(generate::GenerateArguments),
 }
@@ -44,6 +47,7 @@ pub fn run() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Error(arguments) => error::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
     };
     result.unwrap_or_else(|error| {

@@ -114,7 +114,7 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
 }
 
 /// Renders with a progress bar, until done or asked to stop.
-fn watched(scene: &Scene, description: &SceneDescription, quiet: bool, stop: &AtomicBool) -> Rendering {
+pub(super) fn watched(scene: &Scene, description: &SceneDescription, quiet: bool, stop: &AtomicBool) -> Rendering {
     let settings = Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),
@@ -130,7 +130,7 @@ fn watched(scene: &Scene, description: &SceneDescription, quiet: bool, stop: &At
 }
 
 /// Set by the first Ctrl-C or SIGTERM, which end the render after its pass; the second ends the program at once.
-fn stop_flag() -> Result<Arc<AtomicBool>> {
+pub(super) fn stop_flag() -> Result<Arc<AtomicBool>> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
