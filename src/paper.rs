@@ -49,9 +49,9 @@ static LEAF: View = View {
     name: "leaf",
     scene: "door",
     size: [192, 192],
-    camera: &["camera.target=[1.47, 1.1, 0.0]", "camera.vfov=26"],
-    parts: ["centre", "edge"],
-    in_first: |x, y| (x - 0.5).abs() < 0.25 && (y - 0.5).abs() < 0.25,
+    camera: &["camera.target=[0.97, 1.15, -0.25]", "camera.vfov=22", "film.exposure=1"],
+    parts: ["leaf", "rest"],
+    in_first: |x, _| x > 0.3,
     spp: Some(32),
 };
 

@@ -2,6 +2,7 @@
 
 mod commands;
 mod faults;
+mod paper;
 mod render;
 mod stopping;
 
