@@ -45,6 +45,7 @@ pub mod inspect;
 pub mod integrator;
 pub mod light;
 pub mod math;
+pub mod paper;
 pub mod render;
 pub mod scene;
 pub mod stats;

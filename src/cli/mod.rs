@@ -7,6 +7,7 @@ mod error;
 mod generate;
 mod inspect;
 mod output;
+mod paper;
 mod progress;
 mod render;
 mod report;
@@ -37,6 +38,8 @@ enum Command {
     Bench(bench::BenchArguments),
     /// Show what the guide knows of the place behind a pixel, and how large it is.
     Inspect(inspect::InspectArguments),
+    /// Render the pictures of Tan's paper on the project's own scenes, with a table of what they cost.
+    Paper(paper::PaperArguments),
     /// Write the project's own scenes.
     Generate(generate::GenerateArguments),
 }
@@ -48,6 +51,7 @@ pub fn run() -> ExitCode {
         Command::Error(arguments) => error::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
     };
     result.unwrap_or_else(|error| {

@@ -36,6 +36,8 @@ pub struct Film {
     samples: u32,
     features: Vec<Features>,
     feature_samples: u32,
+    /// Pixels that received none of the samples.
+    blank: Vec<bool>,
 }
 
 /// A picture with what is known of its noise.
@@ -48,6 +50,8 @@ pub struct Estimate {
     pub variance: Vec<Rgb>,
     /// Samples per pixel that the picture holds.
     pub samples: u32,
+    /// Pixels that hold none of them, because rendering ended before their turn came.
+    pub blank: Vec<bool>,
     /// Means of what the camera sees first.
     pub features: Vec<Features>,
 }
@@ -66,6 +70,15 @@ impl Film {
             samples: 0,
             features: vec![Features::default(); pixels],
             feature_samples: 0,
+            blank: vec![false; pixels],
+        }
+    }
+
+    /// Says that a tile will have none of the samples of which `add_samples` speaks; its pixels stay black.
+    pub fn leave_blank(&mut self, tile: &Tile) {
+        for y in tile.y..tile.y + tile.height {
+            let first = (y * self.width + tile.x) as usize;
+            self.blank[first..first + tile.width as usize].fill(true);
         }
     }
 
@@ -133,6 +146,7 @@ impl Film {
             mean: per_pixel(&film.mean, 1),
             variance: per_pixel(&film.variance, 2),
             samples: film.samples,
+            blank: film.blank,
             features: self.features.iter().map(|&f| f * share).collect(),
         }
     }

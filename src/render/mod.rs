@@ -1,5 +1,6 @@
 //! The driver: iterations × passes × tasks, the clock, and what the guide learns between rounds.
 
+mod blocks;
 mod efficiency;
 mod schedule;
 
@@ -9,9 +10,9 @@ use crate::guiding::file::Trained;
 use crate::integrator::path::GuideUse;
 use crate::integrator::{Batch, BatchResult, Counters, Efficiency, PathIntegrator, Task};
 use crate::scene::Scene;
-use crate::scene::description::{GuidingSettings, IntegratorSettings, RenderSettings, Roulette, Updates};
+use crate::scene::description::{GuidingSettings, IntegratorSettings, Order, RenderSettings, Roulette, Updates};
 use rayon::prelude::*;
-use schedule::{Tiling, iteration_samples};
+use schedule::{Tiling, iteration_samples, round_paths, rounds};
 use std::time::{Duration, Instant};
 
 /// What to render with.
@@ -38,6 +39,7 @@ pub struct IterationReport {
 /// How far a render is.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
+    /// Samples per pixel; on average, where blocks are rendered one after the other.
     pub samples: u32,
     /// Share of the budget that is used, in [0, 1].
     pub share: f64,
@@ -77,7 +79,10 @@ pub fn render(scene: &Scene, settings: &Settings, observer: Observer) -> Renderi
 /// As [`render`], with a guide that was learnt before, or will be used after.
 pub fn render_keeping(scene: &Scene, settings: &Settings, keeping: Keeping, observer: Observer) -> Rendering {
     let mut driver = Driver::new(scene, settings, keeping);
-    driver.run(observer);
+    match settings.render.order {
+        Order::Progressive => driver.run(observer),
+        Order::Blocks => driver.run_blocks(observer),
+    }
     Rendering {
         estimate: driver.film.develop(),
         iterations: driver.iterations,
@@ -161,18 +166,22 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// One iteration with one frozen guide; `false` where rendering is over.
-    fn iterate(&mut self, samples: u32, last: bool, observer: Observer) -> bool {
-        let start = Instant::now();
-        // What nothing will be drawn from need not be learnt.
-        let learn = !last || self.keep;
-        let mut report = IterationReport {
+    fn begin_iteration(&self) -> IterationReport {
+        IterationReport {
             samples: 0,
             seconds: 0.0,
             learn_seconds: 0.0,
             counters: Counters::default(),
             usable_states: self.guide.as_ref().map_or(0, |g| g.field().len()),
-        };
+        }
+    }
+
+    /// One iteration, with one frozen guide unless updates are on-line; `false` where rendering is over.
+    fn iterate(&mut self, samples: u32, last: bool, observer: Observer) -> bool {
+        let start = Instant::now();
+        // What nothing will be drawn from need not be learnt.
+        let learn = !last || self.keep || self.online();
+        let mut report = self.begin_iteration();
         // Under a time limit the last iteration ends with the time, not with an estimated count.
         let open_ended = self.settings.render.time.is_some() && last;
         let target = if open_ended { self.settings.render.spp - self.samples } else { samples };
@@ -201,32 +210,41 @@ impl<'a> Driver<'a> {
 
     /// Adds `samples` to every pixel.
     fn pass(&mut self, samples: u32, learn: bool, report: &mut IterationReport) {
-        let features = self.samples < FEATURE_SAMPLES;
-        for round in self.tiling.rounds(self.samples, samples) {
-            let results = self.trace(&round, features, learn);
-            for (task, result) in round.iter().zip(&results) {
-                self.film.add(&task.tile, &result.samples);
-                report.counters.add(&result.counters);
-                self.paths += result.counters.paths;
-            }
-            if let Some(guide) = self.guide.as_mut().filter(|_| learn) {
-                let recorders: Vec<_> = results.iter().filter_map(|result| result.recorder.as_ref()).collect();
-                let online = self.settings.guiding.updates == Updates::Online;
-                report.learn_seconds += timed(|| {
-                    guide.learn(&recorders);
-                    if online {
-                        guide.refresh();
-                    }
-                })
-                .as_secs_f64();
-            }
+        for round in rounds(&self.tiling.pass(self.samples, samples), round_paths(self.online())) {
+            self.round(&round, learn, report);
         }
+        self.film.add_samples(samples, self.samples < FEATURE_SAMPLES);
         self.samples += samples;
-        self.film.add_samples(samples, features);
+    }
+
+    /// Traces the tasks of a round; then the guide learns from it.
+    fn round(&mut self, round: &[Task], learn: bool, report: &mut IterationReport) {
+        let results = self.trace(round, learn);
+        for (task, result) in round.iter().zip(&results) {
+            self.film.add(&task.tile, &result.samples);
+            report.counters.add(&result.counters);
+            self.paths += result.counters.paths;
+        }
+        let online = self.online();
+        if let Some(guide) = self.guide.as_mut().filter(|_| learn) {
+            let recorders: Vec<_> = results.iter().filter_map(|result| result.recorder.as_ref()).collect();
+            report.learn_seconds += timed(|| {
+                guide.learn(&recorders);
+                if online {
+                    guide.refresh();
+                }
+            })
+            .as_secs_f64();
+        }
+    }
+
+    /// Whether the guide's snapshot follows what it learns, round by round.
+    fn online(&self) -> bool {
+        self.guide.is_some() && self.settings.guiding.updates == Updates::Online
     }
 
     /// All tasks of a round in parallel; results in the order of the tasks.
-    fn trace(&self, round: &[Task], features: bool, learn: bool) -> Vec<BatchResult> {
+    fn trace(&self, round: &[Task], learn: bool) -> Vec<BatchResult> {
         let integrator = PathIntegrator {
             scene: self.scene,
             settings: &self.settings.integrator,
@@ -237,14 +255,21 @@ impl<'a> Driver<'a> {
                 efficiency: self.efficiency.as_ref(),
             }),
             seed: self.seed,
-            features,
+            features: false,
         };
-        round.par_iter().map_init(Batch::new, |batch, task| integrator.render(task, batch)).collect()
+        let render = |batch: &mut Batch, task: &Task| {
+            PathIntegrator { features: task.first_sample < FEATURE_SAMPLES, ..integrator }.render(task, batch)
+        };
+        round.par_iter().map_init(Batch::new, render).collect()
+    }
+
+    fn pixels(&self) -> u64 {
+        self.scene.camera.width as u64 * self.scene.camera.height as u64
     }
 
     fn progress(&self) -> Progress {
         let seconds = self.start.elapsed().as_secs_f64();
-        let by_samples = self.samples as f64 / self.settings.render.spp as f64;
+        let by_samples = self.paths as f64 / (self.pixels() as f64 * self.settings.render.spp as f64);
         let by_time = self.settings.render.time.map_or(0.0, |limit| seconds / limit);
         Progress { samples: self.samples, share: by_samples.max(by_time).min(1.0), seconds, paths: self.paths }
     }

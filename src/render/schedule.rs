@@ -1,4 +1,5 @@
-//! How a render is cut up: iterations of doubling length, passes over the image, rounds of tasks.
+//! How a render is cut up: iterations of doubling length, passes over the image, or one block of it after the other;
+//! and these in turn into rounds of tasks.
 
 use crate::film::tile::Tile;
 use crate::integrator::Task;
@@ -6,6 +7,9 @@ use crate::integrator::Task;
 /// Paths in a round. Between rounds the guide learns and the clock is looked at; fixed, so that no result depends
 /// on the number of threads.
 const ROUND_PATHS: usize = 1 << 18;
+
+/// The same where the guide is used as soon as it has learnt: eight batches.
+const ONLINE_ROUND_PATHS: usize = 1 << 15;
 
 /// From this many pixels on, a batch takes one sample of a larger tile, so that passes stay short.
 const LARGE_IMAGE: usize = 1 << 19;
@@ -27,24 +31,84 @@ impl Tiling {
         Tiling { width, height, side, samples }
     }
 
-    /// All tasks of a pass, in rounds.
-    pub fn rounds(&self, first_sample: u32, samples: u32) -> Vec<Vec<Task>> {
-        let mut rounds = vec![Vec::new()];
-        let mut paths = 0;
-        for y in (0..self.height).step_by(self.side as usize) {
-            for x in (0..self.width).step_by(self.side as usize) {
-                let (width, height) = (self.side.min(self.width - x), self.side.min(self.height - y));
-                let task = Task { tile: Tile { x, y, width, height }, first_sample, samples };
-                if paths >= ROUND_PATHS {
-                    rounds.push(Vec::new());
-                    paths = 0;
-                }
-                paths += task.paths();
-                rounds.last_mut().expect("there is always one").push(task);
+    /// All tasks of a pass, row by row.
+    pub fn pass(&self, first_sample: u32, samples: u32) -> Vec<Task> {
+        let (columns, rows) = self.size_in_tiles();
+        let task = |i: u32| Task { tile: self.tile(i % columns, i / columns), first_sample, samples };
+        (0..columns * rows).map(task).collect()
+    }
+
+    /// All tasks of a render block by block, from the middle outwards; a block takes all of its `spp` samples before
+    /// the next begins. They come in stretches of whole blocks, each at least a round of `round_paths` long but the
+    /// last.
+    pub fn blocks(&self, spp: u32, round_paths: usize) -> Vec<Vec<Task>> {
+        let (columns, rows) = self.size_in_tiles();
+        let blocks = spiral(columns, rows).into_iter().map(|(x, y)| {
+            let tile = self.tile(x, y);
+            let task = |first: u32| Task { tile, first_sample: first, samples: self.samples.min(spp - first) };
+            (0..spp).step_by(self.samples as usize).map(task).collect::<Vec<_>>()
+        });
+        gather(blocks, round_paths)
+    }
+
+    fn size_in_tiles(&self) -> (u32, u32) {
+        (self.width.div_ceil(self.side), self.height.div_ceil(self.side))
+    }
+
+    fn tile(&self, column: u32, row: u32) -> Tile {
+        let (x, y) = (column * self.side, row * self.side);
+        Tile { x, y, width: self.side.min(self.width - x), height: self.side.min(self.height - y) }
+    }
+}
+
+/// How many paths a round has at least.
+pub fn round_paths(online: bool) -> usize {
+    if online { ONLINE_ROUND_PATHS } else { ROUND_PATHS }
+}
+
+/// Cuts tasks into rounds that have no fewer than `paths` paths, the last excepted.
+pub fn rounds(tasks: &[Task], paths: usize) -> Vec<Vec<Task>> {
+    gather(tasks.iter().map(|&task| vec![task]), paths)
+}
+
+/// Joins neighbouring groups until each has at least `paths` paths, the last excepted.
+fn gather(groups: impl Iterator<Item = Vec<Task>>, paths: usize) -> Vec<Vec<Task>> {
+    let mut joined: Vec<Vec<Task>> = Vec::new();
+    let mut room = 0;
+    for group in groups {
+        let size: usize = group.iter().map(Task::paths).sum();
+        match joined.last_mut() {
+            Some(last) if room > 0 => last.extend(group),
+            _ => {
+                joined.push(group);
+                room = paths;
             }
         }
-        rounds
+        room = room.saturating_sub(size);
     }
+    joined
+}
+
+/// The cells of a grid from its middle outwards, turn by turn.
+fn spiral(columns: u32, rows: u32) -> Vec<(u32, u32)> {
+    let cells = columns as usize * rows as usize;
+    let (mut x, mut y) = ((columns / 2) as i64, (rows / 2) as i64);
+    let (mut dx, mut dy) = (1, 0);
+    let mut found = Vec::with_capacity(cells);
+    for leg in 2.. {
+        // legs are 1, 1, 2, 2, 3, 3 … steps long; those beyond the grid's edges find nothing
+        for _ in 0..leg / 2 {
+            if (0..columns as i64).contains(&x) && (0..rows as i64).contains(&y) {
+                found.push((x as u32, y as u32));
+            }
+            (x, y) = (x + dx, y + dy);
+        }
+        if found.len() == cells {
+            break;
+        }
+        (dx, dy) = (-dy, dx);
+    }
+    found
 }
 
 /// Samples per pixel of an iteration that would take `planned`, when `left` remain of the budget. The last iteration
@@ -62,12 +126,58 @@ mod tests {
         for (width, height) in [(1, 1), (33, 31), (320, 180), (1000, 700)] {
             let tiling = Tiling::new(width, height);
             let mut seen = vec![0; (width * height) as usize];
-            for tile in tiling.rounds(0, tiling.samples).iter().flatten().map(|task| task.tile) {
+            for tile in rounds(&tiling.pass(0, tiling.samples), ROUND_PATHS).iter().flatten().map(|task| task.tile) {
                 for y in tile.y..tile.y + tile.height {
                     (tile.x..tile.x + tile.width).for_each(|x| seen[(y * width + x) as usize] += 1);
                 }
             }
             assert!(seen.iter().all(|&n| n == 1), "{width}×{height}");
+        }
+    }
+
+    #[test]
+    fn blocks_give_every_pixel_each_of_its_samples_once_and_end_before_the_next_begins() {
+        for (width, height, spp) in [(1, 1, 1), (33, 31, 5), (320, 90, 32), (90, 320, 7), (1000, 700, 3)] {
+            let tiling = Tiling::new(width, height);
+            let mut seen = vec![Vec::new(); (width * height) as usize];
+            let mut order: Vec<Tile> = Vec::new();
+            for task in tiling.blocks(spp, ONLINE_ROUND_PATHS).iter().flatten() {
+                let Tile { x, y, width: w, height: h } = task.tile;
+                for i in (y..y + h).flat_map(|y| (x..x + w).map(move |x| y * width + x)) {
+                    seen[i as usize].extend(task.first_sample..task.first_sample + task.samples);
+                }
+                if order.last() != Some(&task.tile) {
+                    order.push(task.tile);
+                }
+            }
+            let all: Vec<u32> = (0..spp).collect();
+            assert!(seen.iter().all(|samples| *samples == all), "{width}×{height}, {spp} spp");
+            assert_eq!(order.len(), tiling.pass(0, 1).len(), "no block is taken up again");
+        }
+    }
+
+    #[test]
+    fn blocks_go_from_the_middle_outwards() {
+        let tiling = Tiling::new(320, 320);
+        let distance = |t: &Task| (t.tile.x as i32 - 160).abs().max((t.tile.y as i32 - 160).abs());
+        let distances: Vec<i32> = tiling.blocks(1, 1).iter().flatten().map(distance).collect();
+        assert!(distances.is_sorted(), "{distances:?}");
+    }
+
+    #[test]
+    fn rounds_are_as_long_as_asked_and_stretches_hold_whole_blocks() {
+        let tiling = Tiling::new(320, 180);
+        for spp in [1, 16, 32, 256] {
+            let stretches = tiling.blocks(spp, ONLINE_ROUND_PATHS);
+            let paths = |tasks: &Vec<Task>| tasks.iter().map(Task::paths).sum::<usize>();
+            let (last, others) = stretches.split_last().unwrap();
+            assert!(others.iter().all(|s| paths(s) >= ONLINE_ROUND_PATHS), "{spp} spp");
+            assert!(last.iter().all(|task| others.iter().flatten().all(|other| other.tile != task.tile)));
+            for stretch in &stretches {
+                let cut = rounds(stretch, ONLINE_ROUND_PATHS);
+                assert_eq!(cut.concat(), *stretch);
+                assert!(cut.iter().rev().skip(1).all(|r| paths(r) >= ONLINE_ROUND_PATHS && paths(r) < 2 * ONLINE_ROUND_PATHS));
+            }
         }
     }
 

@@ -438,14 +438,24 @@ pub struct RenderSettings {
     pub time: Option<f64>,
     pub seed: u64,
     pub combine: Combine,
+    pub order: Order,
     /// Watertight ray queries: no ray slips between two triangles that share an edge, for about a quarter of the speed.
     pub robust: bool,
 }
 
 impl Default for RenderSettings {
     fn default() -> RenderSettings {
-        RenderSettings { spp: 64, time: None, seed: 0, combine: Combine::InverseVariance, robust: false }
+        RenderSettings { spp: 64, time: None, seed: 0, combine: Combine::InverseVariance, order: Order::Progressive, robust: false }
     }
+}
+
+/// Which samples come first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Passes over the whole picture, in iterations of doubling length.
+    Progressive,
+    /// One block after the other, each with all of its samples, from the middle outwards: a single iteration.
+    Blocks,
 }
 
 /// What becomes of the iterations' pictures.

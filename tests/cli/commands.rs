@@ -7,7 +7,7 @@ use serde_json::Value;
 fn help_names_every_command_and_the_exit_codes() {
     let here = folder();
     let help = stdout(&phototaxis(here.path()).arg("--help").assert().code(0).get_output().clone());
-    for word in ["render", "error", "bench", "inspect", "generate", "Exit codes: 0", "130"] {
+    for word in ["render", "error", "bench", "paper", "inspect", "generate", "Exit codes: 0", "130"] {
         assert!(help.contains(word), "{word} is missing in:\n{help}");
     }
     let help = stdout(&phototaxis(here.path()).args(["render", "--help"]).assert().code(0).get_output().clone());

@@ -3,6 +3,7 @@
 mod commands;
 mod faults;
 mod guides;
+mod paper;
 mod render;
 mod stopping;
 

@@ -22,7 +22,9 @@ mod reference_page;
 #[cfg(test)]
 mod tests;
 
-use super::description::{MeshDescription, SceneDescription};
+use super::description::{
+    DirectionTable, GuidingMethod, MeshDescription, Order, Roulette, SceneDescription, Updates,
+};
 use super::interchange;
 use crate::{Error, Result};
 use glam::Affine3A;
@@ -110,7 +112,33 @@ fn apply_overrides(scene: &mut SceneDescription, path: &Path, overrides: &[Strin
         sections(&mut root, source.folder(), scene)?;
         root.finish()
     };
-    overrides::tree(overrides).and_then(apply).map_err(|fault| source.error(fault))
+    overrides::tree(overrides).and_then(apply).map_err(|fault| source.error(fault))?;
+    check_order(scene, path)
+}
+
+/// That settings of several sections go together, once all of them have been read.
+fn check_order(scene: &SceneDescription, path: &Path) -> Result<()> {
+    if scene.render.order != Order::Blocks {
+        return Ok(());
+    }
+    let (guiding, guided) = (&scene.guiding, scene.guiding.method != GuidingMethod::None);
+    let coarse = guiding.method == GuidingMethod::Adaptive || guiding.table == DirectionTable::Tree;
+    let wants = [
+        (scene.render.time.is_some(), "a number of samples and no time: a block has all of its samples before the next"),
+        (guided && guiding.updates == Updates::Frozen, "guiding.updates = \"online\": it is one iteration"),
+        (
+            guided && coarse,
+            "guiding.method = \"grid\" with a table of strata: adaptive cells and trees are refined between iterations",
+        ),
+        (
+            guided && scene.integrator.roulette == Roulette::Guided,
+            "another integrator.roulette than \"guided\", which goes by the picture of an earlier iteration",
+        ),
+    ];
+    match wants.into_iter().find(|(wanted, _)| *wanted) {
+        Some((_, what)) => Err(Error::file(path, format!("render.order = \"blocks\" needs {what}"))),
+        None => Ok(()),
+    }
 }
 
 /// A file's text, without the mark that some editors put before UTF-8.

@@ -4,7 +4,7 @@ use super::reader::{Bounds, COORDINATE, NOT_NEGATIVE, Reader, UNIT};
 use super::tree::{At, Fault, Node, Value};
 use crate::scene::description::{
     CameraDescription, Combine, DirectionTable, FilmDescription, Filter, GuideSampling, GuidingMethod, GuidingSettings,
-    IntegratorSettings, LearningRule, Placement, Rate, RenderSettings, Roulette, Updates,
+    IntegratorSettings, LearningRule, Order, Placement, Rate, RenderSettings, Roulette, Updates,
 };
 use glam::Vec3;
 use std::ops::RangeInclusive;
@@ -124,6 +124,7 @@ pub(super) fn render(t: &mut Reader, s: &mut RenderSettings) -> Result<(), Fault
     seconds(t, "time", &mut s.time)?;
     t.integer("seed", 0..=u64::MAX, &mut s.seed)?;
     t.flag("robust", &mut s.robust)?;
+    t.choice("order", &[("progressive", Order::Progressive), ("blocks", Order::Blocks)], &mut s.order)?;
     t.choice("combine", &combines, &mut s.combine)
 }
 

@@ -1,0 +1,70 @@
+//! `phototaxis paper`, tiny.
+
+use crate::{folder, names, phototaxis, stderr, stdout};
+use phototaxis::film::exr::read_rgb;
+use serde_json::Value;
+
+#[test]
+fn the_list_names_every_picture_of_the_paper() {
+    let here = folder();
+    let list = stdout(&phototaxis(here.path()).args(["paper", "--list"]).assert().code(0).get_output().clone());
+    for name in ["fig1a", "fig1b", "fig1c", "fig1d", "fig1e", "fig2a", "fig2d", "fig3", "fig3-normals"] {
+        assert!(list.lines().any(|line| line.split(' ').next() == Some(name)), "{name} is missing in:\n{list}");
+    }
+    assert!(names(here.path()).is_empty());
+}
+
+#[test]
+fn pictures_figures_and_a_table_are_written() {
+    let here = folder();
+    let small = ["--scale", "0.1", "--spp", "4", "--reference-spp", "8", "--out", "new/place"];
+    let run = |presets: &[&str]| {
+        let only = presets.iter().flat_map(|name| ["--only", name]);
+        phototaxis(here.path()).arg("paper").args(small).args(only).assert().code(0).get_output().clone()
+    };
+    let output = run(&["fig1c", "fig1a", "fig1d"]);
+    let out = here.path().join("new/place");
+    let mut expected: Vec<String> = ["fig1a", "fig1c", "fig1d"]
+        .iter()
+        .flat_map(|name| ["exr", "json", "png"].map(|extension| format!("{name}.{extension}")))
+        .chain(["door.mtl", "door.obj", "door.toml", "paper.json", "reference-door.exr"].map(String::from))
+        .collect();
+    expected.sort();
+    assert_eq!(names(&out), expected);
+    let lines: Vec<String> = stdout(&output).lines().map(String::from).collect();
+    assert_eq!(lines.len(), 5, "headings, rule, three rows:\n{}", lines.join("\n"));
+    assert!(lines[2].starts_with("| fig1a |") && lines[2].contains("| 1.00 |"), "{}", lines[2]);
+    check_rows(&serde_json::from_slice(&std::fs::read(out.join("paper.json")).unwrap()).unwrap());
+    let picture = read_rgb(&out.join("fig1c.exr")).unwrap();
+    assert_eq!((picture.width, picture.height), (26, 14));
+
+    let reference = std::fs::read(out.join("reference-door.exr")).unwrap();
+    let again = run(&["fig1d"]);
+    assert!(!stderr(&again).contains("reference"), "it is there already: {}", stderr(&again));
+    assert_eq!(std::fs::read(out.join("reference-door.exr")).unwrap(), reference);
+}
+
+fn check_rows(rows: &Value) {
+    let rows = rows.as_array().unwrap();
+    let names: Vec<&str> = rows.iter().map(|row| row["preset"].as_str().unwrap()).collect();
+    assert_eq!(names, ["fig1a", "fig1c", "fig1d"]);
+    for row in rows {
+        assert_eq!(row["spp"], 4);
+        assert!(row["relmse"].as_f64().unwrap() > 0.0 && row["seconds"].as_f64().unwrap() > 0.0, "{row}");
+        let lengths = row["path_lengths"].as_array().unwrap();
+        assert!(lengths.iter().all(|l| (1.0..=16.0).contains(&l.as_f64().unwrap())), "{row}");
+        let guided = row["preset"] != "fig1d";
+        assert_eq!(row["guide_bytes"].as_u64().unwrap() > 0, guided, "{row}");
+    }
+    let iterations = |k: usize| rows[k]["path_lengths"].as_array().unwrap().len();
+    assert!(iterations(0) > 1 && iterations(1) == 1, "progressive and in one go");
+}
+
+#[test]
+fn an_unknown_preset_is_refused_before_anything_is_rendered() {
+    let here = folder();
+    let arguments = ["paper", "--only", "fig9"];
+    let output = phototaxis(here.path()).args(arguments).assert().code(1).get_output().clone();
+    assert!(stderr(&output).contains("fig9") && stderr(&output).contains("fig1a"), "{}", stderr(&output));
+    assert!(names(here.path()).is_empty());
+}
