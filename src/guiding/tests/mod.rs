@@ -7,11 +7,15 @@ mod refining;
 mod states;
 mod trees;
 
+use super::learner::{Learner, Table};
+use super::strata::{Domain, Strata};
+use super::tables::Tables as Guide;
 use super::*;
 use crate::geometry::Frame;
 use crate::math::rng::Rng;
 use crate::math::warp;
-use crate::scene::description::Rate;
+use crate::scene::description::{DirectionTable, Rate};
+use tree::TreeShape;
 
 /// A guide of a cube of side 1: a grid of strata of the hemisphere, at the vanishing rate, unless changed.
 fn guide(change: impl FnOnce(&mut GuidingSettings)) -> Guide {
@@ -23,7 +27,10 @@ fn guide(change: impl FnOnce(&mut GuidingSettings)) -> Guide {
         ..GuidingSettings::default()
     };
     change(&mut settings);
-    Guide::new(&settings, (Vec3::ZERO, Vec3::ONE)).expect("the method is not none")
+    match super::Guide::new(&settings, (Vec3::ZERO, Vec3::ONE), std::iter::empty()).map(|guide| guide.kind) {
+        Some(Kind::Tables(tables)) => *tables,
+        _ => panic!("the method is one of tables"),
+    }
 }
 
 /// Uniform on the sphere.
