@@ -217,7 +217,14 @@ pub struct IntegratorSettings {
 
 impl Default for IntegratorSettings {
     fn default() -> IntegratorSettings {
-        IntegratorSettings { max_depth: 16, next_event: true, mis: true, roulette: Roulette::Throughput, rr_depth: 5, max_split: 8.0 }
+        IntegratorSettings {
+            max_depth: 16,
+            next_event: true,
+            mis: true,
+            roulette: Roulette::Throughput,
+            rr_depth: 5,
+            max_split: 8.0,
+        }
     }
 }
 
@@ -379,7 +386,14 @@ pub struct RenderSettings {
 
 impl Default for RenderSettings {
     fn default() -> RenderSettings {
-        RenderSettings { spp: 64, time: None, seed: 0, combine: Combine::InverseVariance, order: Order::Progressive, robust: false }
+        RenderSettings {
+            spp: 64,
+            time: None,
+            seed: 0,
+            combine: Combine::InverseVariance,
+            order: Order::Progressive,
+            robust: false,
+        }
     }
 }
 
