@@ -14,6 +14,7 @@ pub struct View {
     pub scene: &'static str,
     /// Pixels at scale 1.
     pub size: [u32; 2],
+    /// Overrides of the scene's camera and exposure.
     pub camera: &'static [&'static str],
     pub parts: [&'static str; 2],
     /// Whether a place in [0, 1]², from the upper left corner, lies in the first part.

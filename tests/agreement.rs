@@ -69,7 +69,9 @@ const GUIDED: [Way; 52] = [
     ("sampling q, sphere", |s| (sphere(s), s.guiding.sampling = GuideSampling::Q).0),
     ("compensation", |s| s.guiding.mis_compensation = true),
     ("learnt fraction", |s| s.guiding.learned_fraction = Some(true)),
-    ("learnt fraction, compensation", |s| (s.guiding.learned_fraction, s.guiding.mis_compensation) = (Some(true), true)),
+    ("learnt fraction, compensation", |s| {
+        (s.guiding.learned_fraction, s.guiding.mis_compensation) = (Some(true), true)
+    }),
     ("smoothing", |s| (hemisphere(s), s.guiding.smoothing = 0.5).0),
     ("no jitter", |s| s.guiding.jitter = false),
     ("no jitter, adaptive", |s| (adaptive(s), s.guiding.jitter = false).0),

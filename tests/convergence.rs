@@ -33,7 +33,7 @@ fn reported(loaded: &Loaded, settings: &Settings, albedo: f64) -> (f64, f64) {
     let mut rng = Rng::new(1);
     let points = (0..2000).map(|_| warp::square_to_uniform_sphere(rng.f32x2()));
     let known: Vec<f64> = points
-        .filter_map(|p: Vec3| guide.field().summary(guide.field().state(p, -p, [0.5; 2])))
+        .filter_map(|p: Vec3| guide.field().summary(guide.field().place(p, -p, [0.5; 3])?.drawn))
         .map(|summary| summary.irradiance as f64 * (1.0 - albedo) / PI)
         .collect();
     assert!(known.len() > 1500, "the guide knows only {} of 2000 points", known.len());

@@ -42,7 +42,7 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
         let (p, wi) = (place(rng), unit(rng));
         let wi = if wi.y < 0.0 { -wi } else { wi };
         recorder.push(Transition {
-            key: guide.field().state(p, Vec3::Y, rng.f32x2()),
+            key: guide.field().place(p, Vec3::Y, [rng.f32(), rng.f32(), 0.5]).unwrap().drawn,
             wi: PackedDirection::new(wi),
             normal: PackedDirection::new(Vec3::Y),
             target: (8.0 * wi.dot(p)).max(0.0).exp() * rng.f32(),
@@ -57,11 +57,11 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
 }
 
 fn learnt(settings: &GuidingSettings) -> Guide {
-    let mut guide = Guide::new(settings, BOUNDS).unwrap();
+    let mut guide = Guide::new(settings, BOUNDS, std::iter::empty()).unwrap();
     let mut rng = Rng::new(1);
     for _ in 0..3 {
         teach(&mut guide, 20_000, &mut rng);
-        guide.end_iteration();
+        guide.end_iteration(1);
     }
     guide
 }
@@ -70,7 +70,7 @@ fn learnt(settings: &GuidingSettings) -> Guide {
 fn seen(guide: &Guide) -> Vec<Option<Vec<u32>>> {
     let (mut rng, field) = (Rng::new(2), guide.field());
     let mut one = || {
-        let summary = field.summary(field.state(place(&mut rng), Vec3::Y, [0.5; 2]))?;
+        let summary = field.summary(field.place(place(&mut rng), Vec3::Y, [0.5; 3])?.drawn)?;
         let distribution = field.distribution(summary, Vec3::Y);
         let known = [summary.irradiance, summary.peak, summary.visits, summary.bsdf_fraction];
         let densities = (0..20).map(|_| distribution.pdf(unit(&mut rng)));
@@ -98,7 +98,7 @@ fn what_was_learnt_comes_back_and_goes_on_alike() {
         assert!(seen(&before) == seen(&after), "{:?}, {:?}", settings.method, settings.table);
         for guide in [&mut before, &mut after] {
             teach(guide, 20_000, &mut Rng::new(3));
-            guide.end_iteration();
+            guide.end_iteration(1);
         }
         assert!(seen(&before) == seen(&after), "having learnt more: {:?}, {:?}", settings.method, settings.table);
     }
@@ -107,7 +107,7 @@ fn what_was_learnt_comes_back_and_goes_on_alike() {
 #[test]
 fn a_fresh_guide_is_not_a_learnt_one() {
     let settings = &kinds()[0];
-    assert!(seen(&Guide::new(settings, BOUNDS).unwrap()) != seen(&learnt(settings)));
+    assert!(seen(&Guide::new(settings, BOUNDS, std::iter::empty()).unwrap()) != seen(&learnt(settings)));
 }
 
 /// Files of every damage: each byte flipped, cut off at each length, something appended.
@@ -116,9 +116,9 @@ fn no_damage_goes_unnoticed_or_panics() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.guide");
     let settings = GuidingSettings { resolution: 1, levels: 0, ..GuidingSettings::default() };
-    let mut guide = Guide::new(&settings, BOUNDS).unwrap();
+    let mut guide = Guide::new(&settings, BOUNDS, std::iter::empty()).unwrap();
     teach(&mut guide, 100, &mut Rng::new(1));
-    guide.end_iteration();
+    guide.end_iteration(1);
     file::write(&path, &guide, &subject(&settings), 1).unwrap();
     let whole = std::fs::read(&path).unwrap();
     assert!(read(&path, &settings).is_ok() && whole.len() < 20_000, "{} bytes", whole.len());
@@ -142,9 +142,9 @@ fn forged_files_do_no_harm() {
     let path = folder.path().join("a.guide");
     for settings in kinds() {
         let settings = GuidingSettings { resolution: 2, strata: 3, ..settings };
-        let mut guide = Guide::new(&settings, BOUNDS).unwrap();
+        let mut guide = Guide::new(&settings, BOUNDS, std::iter::empty()).unwrap();
         teach(&mut guide, 400, &mut Rng::new(1));
-        guide.end_iteration();
+        guide.end_iteration(1);
         file::write(&path, &guide, &subject(&settings), 1).unwrap();
         let whole = std::fs::read(&path).unwrap();
         let mut rng = Rng::new(4);
@@ -160,7 +160,7 @@ fn forged_files_do_no_harm() {
             match read(&path, &settings) {
                 Ok(Trained { mut guide, .. }) => {
                     teach(&mut guide, 50, &mut rng);
-                    guide.end_iteration();
+                    guide.end_iteration(1);
                     guide.survey();
                 }
                 Err(_) => refused += 1,
@@ -176,9 +176,9 @@ fn the_format_is_that_of_version_1() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.guide");
     let settings = GuidingSettings { resolution: 1, ..GuidingSettings::default() };
-    let mut guide = Guide::new(&settings, BOUNDS).unwrap();
+    let mut guide = Guide::new(&settings, BOUNDS, std::iter::empty()).unwrap();
     let mut recorder = Recorder::new();
-    let (wi, key) = (PackedDirection::new(Vec3::Y), guide.field().state(Vec3::ONE, Vec3::Y, [0.5; 2]));
+    let (wi, key) = (PackedDirection::new(Vec3::Y), guide.field().place(Vec3::ONE, Vec3::Y, [0.5; 3]).unwrap().drawn);
     let (pdf, bsdf_pdf, guide_pdf) = (0.5, 0.5, -1.0);
     let visit = Transition { key, wi, normal: wi, target: 2.0, pdf, bsdf_pdf, guide_pdf, scattered: 0.5, rays: 1.0 };
     recorder.push(visit);

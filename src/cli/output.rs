@@ -109,7 +109,11 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
         Layer::color("albedo", &features(|f| f.albedo)),
         Layer::vector("N", &features(|f| f.normal)),
         Layer::scalar("", "Z", e.features.iter().map(|f| f.depth).collect()),
-        Layer::scalar("samples", "Y", e.blank.iter().map(|&blank| if blank { 0.0 } else { e.samples as f32 }).collect()),
+        Layer::scalar(
+            "samples",
+            "Y",
+            e.blank.iter().map(|&blank| if blank { 0.0 } else { e.samples as f32 }).collect(),
+        ),
     ];
     layers.extend(context.guide_layers.iter().flat_map(Layers::channels));
     let metadata = Metadata {

@@ -110,18 +110,12 @@ impl Film {
         }
     }
 
-    /// Mean over the pixels of how much a sample of the current group varies, relative to `squares`; without the
-    /// share `outliers` of the pixels, the noisiest. `None` where there is nothing to tell it by.
-    pub fn sample_variance(&self, squares: &[f64], outliers: f64) -> Option<f64> {
+    /// Variance of the luminance of one sample of the current group, pixel by pixel; `None` where there are fewer than
+    /// two.
+    pub fn sample_variances(&self) -> Option<Vec<f64>> {
         let n = self.group.samples;
-        if n < 2 {
-            return None;
-        }
-        let relative = |(i, square): (usize, &f64)| luminance(self.group.moments(i).1) as f64 * n as f64 / square;
-        let mut variances: Vec<f64> = squares.iter().enumerate().map(relative).collect();
-        variances.sort_unstable_by(f64::total_cmp);
-        let kept = ((1.0 - outliers) * variances.len() as f64).ceil() as usize;
-        Some(variances[..kept].iter().sum::<f64>() / kept as f64)
+        let variance = |i: usize| luminance(self.group.moments(i).1) as f64 * n as f64;
+        (n >= 2).then(|| (0..self.mean.len()).map(variance).collect())
     }
 
     /// The picture so far.

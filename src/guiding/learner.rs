@@ -1,8 +1,6 @@
 //! The learner: folds transitions into the Q-table between rounds, and only there.
 
-use super::qtable::{
-    Actions, Entry, Fraction, Returns, Shard, State, bytes_besides_actions, bytes_of_strata,
-};
+use super::qtable::{Actions, Entry, Fraction, Returns, Shard, State, bytes_besides_actions, bytes_of_strata};
 use super::recorder::{Recorder, SHARDS, Transition, shard_of};
 use super::states::{StateKey, States};
 use super::strata::{Domain, Strata};

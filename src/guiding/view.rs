@@ -16,7 +16,11 @@ use std::f32::consts::PI;
 pub enum StateView<'g> {
     Table(TableView<'g>),
     /// A leaf of an SD-tree: its directions, the mean radiance over the sphere, and its visits.
-    Leaf { directions: Quadtree<'g>, mean: f32, visits: f32 },
+    Leaf {
+        directions: Quadtree<'g>,
+        mean: f32,
+        visits: f32,
+    },
 }
 
 /// A state of a table.

@@ -66,8 +66,8 @@ const TABLES: [DirectionTable; 3] = [DirectionTable::Tree, DirectionTable::Hemis
 fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut Rng) -> (Guide, Summary) {
     let method = GuidingMethod::Grid;
     let settings = GuidingSettings { method, table, strata: 4, split_share: 0.03, ..GuidingSettings::default() };
-    let mut guide = Guide::new(&settings, (-Vec3::ONE, Vec3::ONE)).unwrap();
-    let key = guide.field().state(si.p, si.frame.n, [0.5; 2]);
+    let mut guide = Guide::new(&settings, (-Vec3::ONE, Vec3::ONE), std::iter::empty()).unwrap();
+    let key = guide.field().place(si.p, si.frame.n, [0.5; 3]).unwrap().drawn;
     let axes = [(); 4].map(|_| warp::square_to_uniform_sphere(rng.f32x2()));
     for _ in 0..2 {
         let mut recorder = Recorder::new();
@@ -88,7 +88,7 @@ fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut Rng) -> (Gui
             });
         }
         guide.learn(&[&recorder]);
-        guide.end_iteration();
+        guide.end_iteration(1);
     }
     let summary = *guide.field().summary(key).expect("enough visits");
     (guide, summary)
@@ -115,7 +115,8 @@ impl Vertex {
     }
 
     fn mixture<'a>(&'a self, bsdf: &'a Bsdf<'a>, fraction: f32) -> Mixture<'a> {
-        let guide = Mixture::guides(bsdf).then(|| self.guide.field().distribution(&self.summary, self.si.frame.n));
+        let guide =
+            Mixture::guides(bsdf, false).then(|| self.guide.field().distribution(&self.summary, self.si.frame.n));
         Mixture::new(bsdf, guide, fraction)
     }
 

@@ -6,8 +6,8 @@ use glam::Vec3;
 
 /// What a guide knows of some state.
 fn summary() -> Summary {
-    let mut guide = Guide::new(&GuidingSettings::default(), (Vec3::ZERO, Vec3::ONE)).unwrap();
-    let key = guide.field().state(Vec3::splat(0.5), Vec3::Y, [0.5; 2]);
+    let mut guide = Guide::new(&GuidingSettings::default(), (Vec3::ZERO, Vec3::ONE), std::iter::empty()).unwrap();
+    let key = guide.field().place(Vec3::splat(0.5), Vec3::Y, [0.5; 3]).unwrap().drawn;
     let packed = PackedDirection::new(Vec3::Y);
     let (target, pdf, rays) = (1.0, 1.0, 1.0);
     let (bsdf_pdf, guide_pdf, scattered) = (1.0, -1.0, 1.0);
@@ -65,14 +65,14 @@ fn paths_stay_within_their_bounds() {
         let reflected = wide(&mut rng);
         for max_split in [1.0, 4.0, 8.0, 0.5] {
             let paths = efficiency.paths(&known, reflected, 0, max_split);
-            assert!((*MINS..=max_split.max(1.0)).contains(&paths), "{paths} at most {max_split}");
+            assert!((MIN_SURVIVAL..=max_split.max(1.0)).contains(&paths), "{paths} at most {max_split}");
             (fewest, most) = (fewest.min(paths), most.max(paths));
         }
     }
-    assert_eq!((fewest, most), (*MINS, 8.0), "both bounds were met");
+    assert_eq!((fewest, most), (MIN_SURVIVAL, 8.0), "both bounds were met");
     // black states and black throughput
-    assert_eq!(efficiency().paths(&with(0.0, 0.0, 1.0), 1.0, 0, 8.0), *MINS);
-    assert_eq!(efficiency().paths(&with(1.0, 1.0, 1.0), 0.0, 0, 8.0), *MINS);
+    assert_eq!(efficiency().paths(&with(0.0, 0.0, 1.0), 1.0, 0, 8.0), MIN_SURVIVAL);
+    assert_eq!(efficiency().paths(&with(1.0, 1.0, 1.0), 0.0, 0, 8.0), MIN_SURVIVAL);
 }
 
 #[test]
@@ -91,6 +91,6 @@ fn paths_do_not_go_by_exposure() {
         // a pixel of another brightness is another matter
         let darker = Efficiency { inverse_luminance: vec![6.0], scale: 0.7 };
         let twice = darker.paths(&with(mean, square, rays), reflected, 0, 8.0);
-        assert!(twice >= one && (twice > one || one == 1.0 || one == 8.0 || twice == *MINS || twice == 1.0));
+        assert!(twice >= one && (twice > one || one == 1.0 || one == 8.0 || twice == MIN_SURVIVAL || twice == 1.0));
     }
 }

@@ -1,6 +1,6 @@
 //! What guided roulette weighs paths against: the picture so far and what it cost.
 
-use crate::film::accumulate::Film;
+use crate::film::accumulate::{Estimate, Film};
 use crate::integrator::{Counters, Efficiency};
 use crate::math::luminance;
 
@@ -22,7 +22,11 @@ const BOLDNESS: f64 = 1.5;
 
 /// `counters` are those of the iteration that made the newest part of the picture.
 pub fn efficiency(film: &Film, counters: &Counters) -> Option<Efficiency> {
-    let estimate = film.develop();
+    weigh(&film.develop(), &film.sample_variances()?, counters)
+}
+
+/// `variances` are those of one sample of each pixel.
+fn weigh(estimate: &Estimate, variances: &[f64], counters: &Counters) -> Option<Efficiency> {
     let (width, height) = (estimate.width as usize, estimate.height as usize);
     let light: Vec<f64> = estimate.mean.iter().map(|&c| luminance(c) as f64).collect();
     let mean = light.iter().sum::<f64>() / light.len() as f64;
@@ -31,7 +35,10 @@ pub fn efficiency(film: &Film, counters: &Counters) -> Option<Efficiency> {
     }
     let blurred = transpose(&blur(&transpose(&blur(&light, width), width), height), height);
     let squares: Vec<f64> = blurred.iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect();
-    let variance = film.sample_variance(&squares, OUTLIERS)?;
+    let mut relative: Vec<f64> = variances.iter().zip(&squares).map(|(v, square)| v / square).collect();
+    relative.sort_unstable_by(f64::total_cmp);
+    let kept = ((1.0 - OUTLIERS) * relative.len() as f64).ceil() as usize;
+    let variance = relative[..kept].iter().sum::<f64>() / kept as f64;
     if variance == 0.0 {
         return None;
     }

@@ -8,11 +8,17 @@ fn picture(scale: f32) -> Estimate {
     let grey = |rng: &mut Rng, scale: f32| Rgb::splat(rng.f32().powi(4)) * scale;
     let mean = (0..width * height).map(|_| grey(&mut rng, scale)).collect();
     let variance = (0..width * height).map(|_| grey(&mut rng, scale * scale)).collect();
-    Estimate { width, height, mean, variance, samples: 16, features: Vec::new() }
+    Estimate { width, height, mean, variance, samples: 16, features: Vec::new(), blank: Vec::new() }
 }
 
 fn counters() -> Counters {
     Counters { rays: 300, paths: 100, ..Counters::default() }
+}
+
+/// What a picture of 16 samples, all alike, says.
+fn efficiency(picture: &Estimate, counters: &Counters) -> Option<Efficiency> {
+    let variances: Vec<f64> = picture.variance.iter().map(|&v| luminance(v) as f64 * 16.0).collect();
+    weigh(picture, &variances, counters)
 }
 
 #[test]
@@ -56,7 +62,7 @@ fn the_scale_weighs_rays_against_relative_variance() {
     even.mean.fill(Rgb::ONE);
     even.variance.fill(Rgb::splat(0.25));
     // the variance of a sample is 16 times that of the mean, and the floor adds a hundredth to the square
-    let expected = (3.0f32 * 1.01 / (16.0 * 0.25)).sqrt();
+    let expected = BOLDNESS as f32 * (3.0f32 * 1.01 / (16.0 * 0.25)).sqrt();
     let found = efficiency(&even, &counters()).unwrap();
     assert!((found.scale / expected - 1.0).abs() < 1e-5, "{}, not {expected}", found.scale);
     // a few fireflies have no say, many do

@@ -176,7 +176,12 @@ mod tests {
             for stretch in &stretches {
                 let cut = rounds(stretch, ONLINE_ROUND_PATHS);
                 assert_eq!(cut.concat(), *stretch);
-                assert!(cut.iter().rev().skip(1).all(|r| paths(r) >= ONLINE_ROUND_PATHS && paths(r) < 2 * ONLINE_ROUND_PATHS));
+                assert!(
+                    cut.iter()
+                        .rev()
+                        .skip(1)
+                        .all(|r| paths(r) >= ONLINE_ROUND_PATHS && paths(r) < 2 * ONLINE_ROUND_PATHS)
+                );
             }
         }
     }

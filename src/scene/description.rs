@@ -445,7 +445,14 @@ pub struct RenderSettings {
 
 impl Default for RenderSettings {
     fn default() -> RenderSettings {
-        RenderSettings { spp: 64, time: None, seed: 0, combine: Combine::InverseVariance, order: Order::Progressive, robust: false }
+        RenderSettings {
+            spp: 64,
+            time: None,
+            seed: 0,
+            combine: Combine::InverseVariance,
+            order: Order::Progressive,
+            robust: false,
+        }
     }
 }
 

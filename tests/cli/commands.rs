@@ -11,7 +11,19 @@ fn help_names_every_command_and_the_exit_codes() {
         assert!(help.contains(word), "{word} is missing in:\n{help}");
     }
     let help = stdout(&phototaxis(here.path()).args(["render", "--help"]).assert().code(0).get_output().clone());
-    for word in ["--output", "--spp", "--time", "--guide", "--guide-in", "--guide-out", "--guide-layers", "--set", "--json", "--quiet", "Examples:"] {
+    for word in [
+        "--output",
+        "--spp",
+        "--time",
+        "--guide",
+        "--guide-in",
+        "--guide-out",
+        "--guide-layers",
+        "--set",
+        "--json",
+        "--quiet",
+        "Examples:",
+    ] {
         assert!(help.contains(word), "{word} is missing in:\n{help}");
     }
 }

@@ -62,7 +62,19 @@ impl LongRender {
     fn start(here: &Path) -> LongRender {
         let mut command = Command::new(assert_cmd::cargo::cargo_bin!("phototaxis"));
         command.current_dir(here).arg("render").arg(scene("cornell.toml")).args(TINY);
-        command.args(["--time", "300", "-q", "-o", "a.exr", "-o", "a.png", "--json", "a.json", "--guide-out", "a.guide"]);
+        command.args([
+            "--time",
+            "300",
+            "-q",
+            "-o",
+            "a.exr",
+            "-o",
+            "a.png",
+            "--json",
+            "a.json",
+            "--guide-out",
+            "a.guide",
+        ]);
         LongRender(command.spawn().unwrap())
     }
 

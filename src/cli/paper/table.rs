@@ -99,7 +99,8 @@ fn per_path(counters: &Counters, events: u64) -> f64 {
 /// The pixels of one part of a picture, in a row.
 fn part(view: &View, image: &Image, first: bool) -> Image {
     let at = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
-    let inside = |i: usize| (view.in_first)(at(i % image.width, image.width), at(i / image.width, image.height)) == first;
+    let inside =
+        |i: usize| (view.in_first)(at(i % image.width, image.width), at(i / image.width, image.height)) == first;
     let data: Vec<_> = (0..image.data.len()).filter(|&i| inside(i)).map(|i| image.data[i]).collect();
     Image { width: data.len(), height: 1, data }
 }

@@ -7,7 +7,7 @@ mod refining;
 mod states;
 mod trees;
 
-use super::learner::{Learner, Table};
+use super::learner::Table;
 use super::strata::{Domain, Strata};
 use super::tables::Tables as Guide;
 use super::*;
@@ -44,7 +44,7 @@ fn point(rng: &mut Rng) -> Vec3 {
 
 /// The state at `p` on the side of `n`, without jitter.
 fn state(guide: &Guide, p: Vec3, n: Vec3) -> StateKey {
-    guide.states.key(p, n, [0.5; 2])
+    guide.states.key(p, n, [0.5; 2]).expect("cells are everywhere")
 }
 
 /// A visit to a Lambertian surface, its direction drawn uniformly from the hemisphere about `n`.

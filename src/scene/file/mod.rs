@@ -22,9 +22,7 @@ mod reference_page;
 #[cfg(test)]
 mod tests;
 
-use super::description::{
-    DirectionTable, GuidingMethod, MeshDescription, Order, Roulette, SceneDescription, Updates,
-};
+use super::description::{DirectionTable, GuidingMethod, MeshDescription, Order, Roulette, SceneDescription, Updates};
 use super::interchange;
 use crate::{Error, Result};
 use glam::Affine3A;
@@ -124,7 +122,10 @@ fn check_order(scene: &SceneDescription, path: &Path) -> Result<()> {
     let (guiding, guided) = (&scene.guiding, scene.guiding.method != GuidingMethod::None);
     let coarse = guiding.method == GuidingMethod::Adaptive || guiding.table == DirectionTable::Tree;
     let wants = [
-        (scene.render.time.is_some(), "a number of samples and no time: a block has all of its samples before the next"),
+        (
+            scene.render.time.is_some(),
+            "a number of samples and no time: a block has all of its samples before the next",
+        ),
         (guided && guiding.updates == Updates::Frozen, "guiding.updates = \"online\": it is one iteration"),
         (
             guided && coarse,
