@@ -310,7 +310,7 @@ impl Default for GuidingSettings {
             sampling: GuideSampling::QCos,
             bsdf_fraction: 0.5,
             learned_fraction: None,
-            sites: 16_384,
+            sites: 2048,
             placement: Placement::Paths,
             leaf_samples: 12_000.0,
             rho: 0.01,

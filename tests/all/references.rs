@@ -7,9 +7,8 @@
 //! heavy the tails, and shares of passed values can be held to the level itself. Blocks of 256 pixels find what is
 //! wrong somewhere; the mean of the picture, with a normal law to trust, finds what is wrong everywhere.
 
-mod common;
 
-use common::{Loaded, build, describe, shared_scenes};
+use crate::common::{Loaded, build, describe, shared_scenes};
 use phototaxis::film::accumulate::Estimate;
 use phototaxis::film::exr::read_layers;
 use phototaxis::math::Rgb;

@@ -1,8 +1,7 @@
 //! Scenes whose radiance is known in closed form.
 
-mod common;
 
-use common::{Loaded, describe, load_written, mean_color, own_path};
+use crate::common::{Loaded, describe, load_written, mean_color, own_path};
 use phototaxis::film::accumulate::Estimate;
 use phototaxis::math::Rgb;
 use phototaxis::render::Settings;

@@ -1,6 +1,6 @@
 //! Renders that end by the clock or by a signal.
 
-use crate::{TINY, folder, names, phototaxis, scene};
+use super::{TINY, folder, names, phototaxis, scene};
 use phototaxis::film::exr::read_layers;
 use serde_json::Value;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Help, usage errors, and the commands beside `render`.
 
-use crate::{TINY, folder, names, phototaxis, scene, stderr, stdout};
+use super::{TINY, folder, names, phototaxis, scene, stderr, stdout};
 use serde_json::Value;
 
 #[test]

@@ -1,6 +1,6 @@
 //! `phototaxis paper`, tiny.
 
-use crate::{folder, names, phototaxis, stderr, stdout};
+use super::{folder, names, phototaxis, stderr, stdout};
 use phototaxis::film::exr::read_rgb;
 use serde_json::Value;
 

@@ -1,8 +1,7 @@
 //! What the guide learns of a light field that is known in closed form.
 
-mod common;
 
-use common::{Loaded, build, describe, own_path};
+use crate::common::{Loaded, build, describe, own_path};
 use glam::Vec3;
 use phototaxis::math::rng::Rng;
 use phototaxis::math::warp;

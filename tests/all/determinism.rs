@@ -1,8 +1,7 @@
 //! The same scene, seed and budget give the same picture bit for bit, and the same guide, with any number of threads.
 
-mod common;
 
-use common::{Loaded, own};
+use crate::common::{Loaded, own};
 use phototaxis::math::Rgb;
 use phototaxis::render::{Rendering, Settings};
 use phototaxis::scene::description::{DirectionTable, GuidingMethod, GuidingSettings, Roulette, Updates};

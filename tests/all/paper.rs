@@ -4,9 +4,8 @@
 //! Means of independent runs are compared by Welch's t; all values together raise a false alarm with probability 10⁻⁴
 //! (Šidák). A planted bias must be found.
 
-mod common;
 
-use common::{Loaded, Runs, own, welch};
+use crate::common::{Loaded, Runs, own, welch};
 use phototaxis::math::Rgb;
 use phototaxis::paper::presets;
 use phototaxis::render::{Rendering, Settings, render};

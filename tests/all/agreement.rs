@@ -7,10 +7,9 @@
 //! together raise a false alarm with probability 10⁻⁴ (Šidák). "The same again" is a row in which nothing differs but
 //! the seeds. All guided runs together are compared as well; a bias planted in them must be found.
 
-mod common;
 
-use common::still_life::still_life;
-use common::{Loaded, Runs, own, welch};
+use crate::common::still_life::still_life;
+use crate::common::{Loaded, Runs, own, welch};
 use phototaxis::render::Settings;
 use phototaxis::scene::description::{
     Combine, DirectionTable, GuideSampling, GuidingMethod, LearningRule, Placement, Rate, Roulette, Updates,

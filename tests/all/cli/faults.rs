@@ -1,6 +1,6 @@
 //! `phototaxis render`, when something is wrong: exit code 1, one clear message, and no picture.
 
-use crate::{TINY, folder, names, phototaxis, scene, stderr, stdout};
+use super::{TINY, folder, names, phototaxis, scene, stderr, stdout};
 use std::path::Path;
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";

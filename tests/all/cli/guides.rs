@@ -1,6 +1,6 @@
 //! Guides that outlive a render, and what `phototaxis inspect` shows of them.
 
-use crate::{TINY, folder, names, phototaxis, scene, stderr, stdout};
+use super::{TINY, folder, names, phototaxis, scene, stderr, stdout};
 use phototaxis::film::exr::{ExrFile, read_layers};
 use serde_json::Value;
 use std::path::Path;
