@@ -69,7 +69,8 @@ const FADE_FIRST: f32 = 0.9;
 const FADE_SECOND: f32 = 0.999;
 /// Pulls the fraction towards one half.
 const REGULARISATION: f32 = 0.01;
-const MAX_LOGIT: f32 = 20.0;
+/// Keeps the share between 0.05 and 0.95: the mixture stays defensive, and the guide in use.
+const MAX_LOGIT: f32 = 2.944_439;
 
 /// Owns the Q-table; the only code that changes it.
 #[derive(Clone, Debug)]

@@ -233,7 +233,7 @@ impl<'a> Walk<'a, '_> {
         let analog = self.batch.wave.paths.analog[i] * albedo.max_element();
         let guides = Mixture::guides(&bsdf, false);
         let paths = self.paths(summary, guides, luminance(throughput * albedo), analog, slot, depth);
-        let count = (paths + rng.f32()) as u32;
+        let count = paths as u32 + (rng.f32() < paths.fract()) as u32;
         for k in 0..count {
             let mut rng = if k == 0 { rng } else { Rng::new(((rng.next_u32() as u64) << 32) | k as u64) };
             let Some(next) = mixture.sample(&si, wo, &mut rng) else { continue };

@@ -7,7 +7,6 @@
 //! together raise a false alarm with probability 10⁻⁴ (Šidák). "The same again" is a row in which nothing differs but
 //! the seeds. All guided runs together are compared as well; a bias planted in them must be found.
 
-
 use crate::common::still_life::still_life;
 use crate::common::{Loaded, Runs, own, welch};
 use phototaxis::render::Settings;
@@ -42,8 +41,14 @@ const GUIDED: [Way; 52] = [
     ("grid, hemisphere", hemisphere),
     ("grid, sphere", sphere),
     ("adaptive, tree", adaptive),
-    ("adaptive, hemisphere", |s| (adaptive(s), hemisphere(s)).0),
-    ("adaptive, sphere", |s| (adaptive(s), sphere(s)).0),
+    ("adaptive, hemisphere", |s| {
+        adaptive(s);
+        hemisphere(s);
+    }),
+    ("adaptive, sphere", |s| {
+        adaptive(s);
+        sphere(s);
+    }),
     ("q-learning", |s| s.guiding.rule = LearningRule::QLearning),
     ("monte-carlo", |s| s.guiding.rule = LearningRule::MonteCarlo),
     ("blend", |s| (s.guiding.rule, s.guiding.blend_visits) = (LearningRule::Blend, 50.0)),
@@ -54,18 +59,29 @@ const GUIDED: [Way; 52] = [
     ("roulette guided, into 4", |s| guided_roulette(s, 4.0)),
     ("roulette guided, into 8", |s| guided_roulette(s, 8.0)),
     ("roulette guided, adaptive, monte-carlo", |s| {
-        (adaptive(s), guided_roulette(s, 8.0));
+        adaptive(s);
+        guided_roulette(s, 8.0);
         s.guiding.rule = LearningRule::MonteCarlo;
     }),
     ("roulette guided, hemisphere, online", |s| {
-        (hemisphere(s), guided_roulette(s, 8.0));
+        hemisphere(s);
+        guided_roulette(s, 8.0);
         s.guiding.updates = Updates::Online;
     }),
-    ("roulette guided, no next event", |s| (guided_roulette(s, 8.0), bsdf_sampling_only(s)).0),
+    ("roulette guided, no next event", |s| {
+        guided_roulette(s, 8.0);
+        bsdf_sampling_only(s);
+    }),
     ("roulette none", |s| s.integrator.roulette = Roulette::None),
     ("sampling q", |s| s.guiding.sampling = GuideSampling::Q),
-    ("sampling q, hemisphere", |s| (hemisphere(s), s.guiding.sampling = GuideSampling::Q).0),
-    ("sampling q, sphere", |s| (sphere(s), s.guiding.sampling = GuideSampling::Q).0),
+    ("sampling q, hemisphere", |s| {
+        hemisphere(s);
+        s.guiding.sampling = GuideSampling::Q;
+    }),
+    ("sampling q, sphere", |s| {
+        sphere(s);
+        s.guiding.sampling = GuideSampling::Q;
+    }),
     ("compensation", |s| s.guiding.mis_compensation = true),
     ("learnt fraction", |s| s.guiding.learned_fraction = Some(true)),
     ("learnt fraction, compensation", |s| {
@@ -73,11 +89,20 @@ const GUIDED: [Way; 52] = [
     }),
     ("smoothing", |s| (hemisphere(s), s.guiding.smoothing = 0.5).0),
     ("no jitter", |s| s.guiding.jitter = false),
-    ("no jitter, adaptive", |s| (adaptive(s), s.guiding.jitter = false).0),
+    ("no jitter, adaptive", |s| {
+        adaptive(s);
+        s.guiding.jitter = false;
+    }),
     ("online", |s| s.guiding.updates = Updates::Online),
-    ("online, adaptive", |s| (adaptive(s), s.guiding.updates = Updates::Online).0),
+    ("online, adaptive", |s| {
+        adaptive(s);
+        s.guiding.updates = Updates::Online;
+    }),
     ("no normals", |s| s.guiding.normals = false),
-    ("1 stratum", |s| (hemisphere(s), s.guiding.strata = 1).0),
+    ("1 stratum", |s| {
+        hemisphere(s);
+        s.guiding.strata = 1;
+    }),
     ("1 cell", |s| s.guiding.resolution = 1),
     // small states take more samples to fill
     ("32 cells", |s| (s.guiding.resolution, s.guiding.rate, s.render.spp) = (32, Rate::Vanishing, 96)),

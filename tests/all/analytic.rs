@@ -1,6 +1,5 @@
 //! Scenes whose radiance is known in closed form.
 
-
 use crate::common::{Loaded, describe, load_written, mean_color, own_path};
 use phototaxis::film::accumulate::Estimate;
 use phototaxis::math::Rgb;
@@ -23,7 +22,7 @@ fn mean_and_error(picture: &Estimate) -> (f64, f64) {
 fn furnace(albedo: f32) -> Loaded {
     let material = format!("material.glow={{type=\"diffuse\",reflectance={albedo},emission=1}}");
     let overrides = [material.as_str(), "film.width=16", "film.height=16", "render.spp=24"];
-    common::build(&describe(&own_path("furnace"), &overrides))
+    crate::common::build(&describe(&own_path("furnace"), &overrides))
 }
 
 /// Radiance of paths of at most `depth` segments: 1 + a + … + a^(depth − 1).
@@ -111,10 +110,12 @@ fn plane(more: &str) -> Loaded {
     load_written(&[("scene.toml", &format!("{ABOVE}{more}")), ("plane.obj", PLANE)], &[])
 }
 
-fn both_ways(loaded: &Loaded) -> [Estimate; 2] {
-    [GuidingMethod::None, GuidingMethod::Grid].map(|method| {
+fn all_ways(loaded: &Loaded) -> [Estimate; 3] {
+    [GuidingMethod::None, GuidingMethod::Grid, GuidingMethod::Adaptive].map(|method| {
         let mut settings = loaded.settings.clone();
         settings.guiding.method = method;
+        // weights that are no whole numbers round, and what has no noise is to be seen to the last bit
+        settings.render.combine = Combine::All;
         loaded.estimate(&settings)
     })
 }
@@ -133,7 +134,7 @@ fn a_plane_under_a_constant_sky_shows_its_albedo() {
     let mut settings = loaded.unguided();
     settings.integrator.next_event = false;
     assert_all(&loaded.estimate(&settings), Rgb::new(0.25, 0.5, 0.75), 1e-6);
-    for picture in both_ways(&loaded) {
+    for picture in all_ways(&loaded) {
         let (mean, error) = mean_and_error(&picture);
         let z = z_one_mean(mean, error, 0.25);
         println!("a plane of albedo 0.25 under a sky of 1: {mean:.5} ± {error:.5}");
@@ -149,7 +150,7 @@ fn a_point_light_follows_the_inverse_square_and_the_cosine() {
     let squared = x * x + h * h;
     let per_intensity = (h / squared.sqrt() / squared / PI) as f32;
     let truth = Rgb::new(0.25, 0.5, 0.75) * Rgb::new(3.0, 2.0, 1.0) * per_intensity;
-    for picture in both_ways(&loaded) {
+    for picture in all_ways(&loaded) {
         // pixels see ± 0.018 of the plane about the origin, over which E varies by ± 3·x·0.018/d² = 2.6 %
         assert_all(&picture, truth, 0.03);
         let mean = mean_color(&picture.mean)[0];
@@ -163,7 +164,7 @@ fn a_point_light_follows_the_inverse_square_and_the_cosine() {
 fn a_directional_light_gives_the_cosine_of_its_irradiance() {
     let loaded = plane("[[light]]\ntype = \"directional\"\ndirection = [0.6, -0.8, 0]\nirradiance = [1, 2, 3]\n");
     let truth = Rgb::new(0.25, 0.5, 0.75) * Rgb::new(1.0, 2.0, 3.0) * (0.8 / PI) as f32;
-    for picture in both_ways(&loaded) {
+    for picture in all_ways(&loaded) {
         assert_all(&picture, truth, 1e-6);
     }
 }
@@ -172,7 +173,7 @@ fn a_directional_light_gives_the_cosine_of_its_irradiance() {
 fn an_emitter_that_is_seen_shows_its_radiance_to_the_last_bit() {
     let glowing = ABOVE.replace("reflectance = [0.25, 0.5, 0.75]", "reflectance = 0\nemission = [0.1, 1.7, 300.3]");
     let loaded = load_written(&[("scene.toml", &glowing), ("plane.obj", PLANE)], &[]);
-    for picture in both_ways(&loaded) {
+    for picture in all_ways(&loaded) {
         assert!(picture.mean.iter().all(|v| *v == Rgb::new(0.1, 1.7, 300.3)), "{:?}", picture.mean[0]);
     }
     // its back is black, or bright as well where both sides emit
@@ -194,7 +195,7 @@ fn a_single_triangle_is_a_scene() {
     let triangle = "v -1 0 -1\nv 0 0 1\nv 1 0 -1\nf 1 2 3\n";
     let scene = ABOVE.replace("vfov = 1\n", "vfov = 40\n") + "[[light]]\ntype = \"constant\"\nradiance = 2\n";
     let loaded = load_written(&[("scene.toml", &scene), ("plane.obj", triangle)], &[]);
-    for picture in both_ways(&loaded) {
+    for picture in all_ways(&loaded) {
         // the triangle, grey of albedo one half, under a sky of radiance 2; beside its lower corner the sky itself
         assert_eq!(picture.mean[7 * 8], Rgb::splat(2.0));
         let centre = picture.mean[4 * 8 + 4];
@@ -206,18 +207,18 @@ fn a_single_triangle_is_a_scene() {
 #[test]
 fn without_light_all_is_black_and_finite() {
     let loaded = plane("[[light]]\ntype = \"constant\"\nradiance = 0\n");
-    for picture in both_ways(&loaded) {
+    for picture in all_ways(&loaded) {
         assert!(picture.mean.iter().chain(&picture.variance).all(|v| *v == Rgb::ZERO));
     }
 }
 
 #[test]
 fn where_no_light_is_described_a_sky_of_radiance_one_stands_in() {
-    let folder = common::written(&[("scene.toml", ABOVE), ("plane.obj", PLANE)]);
+    let folder = crate::common::written(&[("scene.toml", ABOVE), ("plane.obj", PLANE)]);
     let description = describe(&folder.path().join("scene.toml"), &[]);
     let (_, warnings) = phototaxis::scene::Scene::load(&description, 0).unwrap();
     assert!(warnings.iter().any(|w| w.contains("nothing emits light")), "{warnings:?}");
-    let loaded = common::build(&description);
+    let loaded = crate::common::build(&description);
     let mut settings = loaded.unguided();
     settings.integrator.next_event = false;
     assert_all(&loaded.estimate(&settings), Rgb::new(0.25, 0.5, 0.75), 1e-6);

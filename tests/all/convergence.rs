@@ -1,6 +1,5 @@
 //! What the guide learns of a light field that is known in closed form.
 
-
 use crate::common::{Loaded, build, describe, own_path};
 use glam::Vec3;
 use phototaxis::math::rng::Rng;

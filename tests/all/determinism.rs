@@ -1,6 +1,5 @@
 //! The same scene, seed and budget give the same picture bit for bit, and the same guide, with any number of threads.
 
-
 use crate::common::{Loaded, own};
 use phototaxis::math::Rgb;
 use phototaxis::render::{Rendering, Settings};

@@ -4,7 +4,6 @@
 //! Means of independent runs are compared by Welch's t; all values together raise a false alarm with probability 10⁻⁴
 //! (Šidák). A planted bias must be found.
 
-
 use crate::common::{Loaded, Runs, own, welch};
 use phototaxis::math::Rgb;
 use phototaxis::paper::presets;
@@ -90,7 +89,7 @@ fn blocks_that_were_not_rendered_are_black_and_say_so() {
 fn combinations_that_mean_nothing_are_refused() {
     let load = |overrides: &[&str]| {
         let overrides: Vec<String> = ["render.order=blocks"].iter().chain(overrides).map(ToString::to_string).collect();
-        file::load(&common::own_path("wall"), &overrides).map(|_| ()).map_err(|e| e.to_string())
+        file::load(&crate::common::own_path("wall"), &overrides).map(|_| ()).map_err(|e| e.to_string())
     };
     let grid = ["guiding.method=grid", "guiding.table=sphere", "guiding.updates=online", "integrator.roulette=none"];
     assert_eq!(load(&grid), Ok(()));

@@ -7,7 +7,6 @@
 //! heavy the tails, and shares of passed values can be held to the level itself. Blocks of 256 pixels find what is
 //! wrong somewhere; the mean of the picture, with a normal law to trust, finds what is wrong everywhere.
 
-
 use crate::common::{Loaded, build, describe, shared_scenes};
 use phototaxis::film::accumulate::Estimate;
 use phototaxis::film::exr::read_layers;
@@ -124,7 +123,7 @@ impl Sides {
     fn new(ours: &Estimate, theirs: &Reference, channel: usize, group: impl Fn(usize) -> Option<usize>) -> Sides {
         let mut sums: BTreeMap<usize, [f64; 4]> = BTreeMap::new();
         let scale = theirs.samples / ours.samples as f64;
-        let rounding = ROUNDING * common::mean_color(&theirs.mean)[channel];
+        let rounding = ROUNDING * crate::common::mean_color(&theirs.mean)[channel];
         for i in 0..theirs.mean.len() {
             let Some(group) = group(i) else { continue };
             let theirs_variance = theirs.variance[i][channel] as f64;

@@ -1,6 +1,5 @@
 //! Scaling all emission scales the picture and changes nothing else: no decision goes by an absolute radiance.
 
-
 use crate::common::{Loaded, build, describe, mean_color, own_path, scale_emission};
 use phototaxis::film::accumulate::Estimate;
 use phototaxis::math::Rgb;
