@@ -30,6 +30,9 @@ impl Driver<'_> {
             self.film.add_samples(self.tiling.samples.min(spp - first), first < FEATURE_SAMPLES);
         }
         self.film.end_iteration();
+        if self.online() {
+            self.learnt_paths = self.learnt_paths.max(report.counters.paths);
+        }
         report.samples = spp;
         report.seconds = start.elapsed().as_secs_f64();
         self.iterations.push(report);

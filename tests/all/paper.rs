@@ -98,6 +98,7 @@ fn combinations_that_mean_nothing_are_refused() {
         ("render.time=3", "no time"),
         ("guiding.updates=frozen", "online"),
         ("guiding.method=adaptive", "\"grid\""),
+        ("guiding.method=voronoi", "\"grid\""),
         ("guiding.table=tree", "strata"),
         ("integrator.roulette=guided", "earlier iteration"),
     ];

@@ -120,7 +120,7 @@ fn check_order(scene: &SceneDescription, path: &Path) -> Result<()> {
         return Ok(());
     }
     let (guiding, guided) = (&scene.guiding, scene.guiding.method != GuidingMethod::None);
-    let coarse = guiding.method == GuidingMethod::Adaptive || guiding.table == DirectionTable::Tree;
+    let refined = guiding.method != GuidingMethod::Grid || guiding.table == DirectionTable::Tree;
     let wants = [
         (
             scene.render.time.is_some(),
@@ -128,8 +128,8 @@ fn check_order(scene: &SceneDescription, path: &Path) -> Result<()> {
         ),
         (guided && guiding.updates == Updates::Frozen, "guiding.updates = \"online\": it is one iteration"),
         (
-            guided && coarse,
-            "guiding.method = \"grid\" with a table of strata: adaptive cells and trees are refined between iterations",
+            guided && refined,
+            "guiding.method = \"grid\" with a table of strata: other states and trees are made between iterations",
         ),
         (
             guided && scene.integrator.roulette == Roulette::Guided,
