@@ -43,7 +43,8 @@ fn noisy_targets_converge_to_their_mean() {
         println!("{rate:?}: mean of {visits} noisy targets {q:.3} ± {:.3}, their expectation: 7", 7.0 * squares.sqrt());
         // five standard errors: false alarm 6·10⁻⁷ each; the constant rate's error has the exponential's tail, 10⁻⁴
         assert!((q - 7.0).abs() < 5.0 * 7.0 * squares.sqrt(), "{rate:?}: {q}");
-        // and no more is claimed than is so: visits are those that still count
+        // and no more is claimed than is so: visits are those that still count when learning goes on
+        guide.learn(&[]);
         let kept = row(&guide, key)[0].visits;
         let expected = match rate {
             Rate::Forgetting(_) => (0..8).map(|r| (64 << r) as f32 * 0.5f32.powi(8 - r)).sum(),
@@ -59,6 +60,7 @@ fn an_iteration_keeps_the_share_of_visits_that_is_retained() {
         let (mut guide, key) = one_value(Rate::Forgetting(retain));
         find(&mut guide, key, [8.0; 32].into_iter());
         guide.end_iteration();
+        guide.learn(&[]);
         let kept = row(&guide, key)[0];
         assert_eq!((kept.q, kept.visits), (8.0, 32.0 * retain), "the value stays, its weight fades");
         assert_eq!(guide.field().len(), 1, "the snapshot was taken before");
