@@ -22,7 +22,7 @@ use table::Row;
 
 const NOTES: &str = "Writes NAME.png, NAME.exr and NAME.json for each preset, the scenes, and the references; a table of all \
     goes to standard output and, as JSON, to paper.json. A reference-VIEW.exr that is there already, and of the right \
-    size, is used as it is. The paper's own size of the experiment: --scale 4 --spp 1024. What came of it: docs/paper.md.";
+    size, is used as it is. The paper's number of samples is --spp 1024. What came of it: docs/paper.md.";
 
 #[derive(Args)]
 #[command(after_help = NOTES)]
@@ -37,10 +37,10 @@ pub struct PaperArguments {
     #[arg(long)]
     list: bool,
     /// Width and height, 1 being 256 × 144 for the door.
-    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = scale)]
+    #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = scale)]
     scale: f64,
     /// Samples per pixel of the door's pictures (the paper has 1024); wall and figure 3 have 32 as in the paper.
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..))]
     spp: u32,
     /// Samples per pixel of the references.
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..))]

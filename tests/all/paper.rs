@@ -108,6 +108,9 @@ fn combinations_that_mean_nothing_are_refused() {
     }
 }
 
+/// A way of rendering, as a change of settings.
+type Way = (&'static str, fn(&mut Settings));
+
 /// The smallest p-value of all values of two sets of runs.
 fn smallest(a: &Runs, b: &Runs) -> f64 {
     (0..VALUES).map(|k| welch(&a.summary(k), &b.summary(k)).1).fold(1.0, f64::min)
@@ -127,7 +130,7 @@ fn learning_online_leaves_the_answer_as_it_is() {
         settings.render.spp = 48;
         settings
     };
-    let ways: [(&str, fn(&mut Settings)); 5] = [
+    let ways: [Way; 5] = [
         ("progressive", |_| {}),
         ("blocks", |s| s.render.order = Order::Blocks),
         ("blocks, constant rate", |s| (s.render.order, s.guiding.rate) = (Order::Blocks, Rate::Constant(0.1))),

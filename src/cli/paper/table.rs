@@ -33,8 +33,8 @@ pub struct Row {
     #[serde(flatten)]
     errors: Errors,
     parts: [&'static str; 2],
-    /// `relmse_trimmed` of the two parts of the picture.
-    relmse_of_parts: [f64; 2],
+    relmse_trimmed_of_parts: [f64; 2],
+    smape_of_parts: [f64; 2],
 }
 
 impl Row {
@@ -44,9 +44,8 @@ impl Row {
         let total = super::super::report::total(&rendering.iterations);
         let each = |f: fn(&IterationReport) -> f64| rendering.iterations.iter().map(f).collect::<Vec<f64>>();
         let guide = rendering.guide.as_ref();
-        let part = |first: bool| -> Result<f64> {
-            Ok(compare(&part(preset.view, &image, first), &part(preset.view, reference, first))?.relmse_trimmed)
-        };
+        let part = |first| compare(&part(preset.view, &image, first), &part(preset.view, reference, first));
+        let parts = [part(true)?, part(false)?];
         Ok(Row {
             preset: preset.name,
             compared_with: preset.compared_with(),
@@ -63,11 +62,12 @@ impl Row {
             guide_bytes: guide.map_or(0, |g| g.bytes()),
             errors: compare(&image, reference)?,
             parts: preset.view.parts,
-            relmse_of_parts: [part(true)?, part(false)?],
+            relmse_trimmed_of_parts: parts.map(|errors| errors.relmse_trimmed),
+            smape_of_parts: parts.map(|errors| errors.smape),
         })
     }
 
-    fn cells(&self, rows: &[Row]) -> [String; 11] {
+    fn cells(&self, rows: &[Row]) -> [String; 12] {
         let first = rows.iter().find(|row| row.preset == self.compared_with);
         let ratio = first.map_or("–".into(), |first| format!("{:.2}", self.seconds / first.seconds));
         let ends = |values: &[f64], digits: usize| match values {
@@ -75,7 +75,7 @@ impl Row {
             [from, .., to] => format!("{from:.digits$} → {to:.digits$}"),
             [] => String::new(),
         };
-        let [first, second] = [0, 1].map(|i| format!("{} {:.3}", self.parts[i], self.relmse_of_parts[i]));
+        let [first, second] = [0, 1].map(|i| format!("{} {:.3}", self.parts[i], self.smape_of_parts[i]));
         [
             self.preset.into(),
             self.about.into(),
@@ -87,6 +87,7 @@ impl Row {
             ends(&self.zero_contribution_shares, 2),
             format!("{:.1}", self.guide_bytes as f64 / (1 << 20) as f64),
             format!("{:.3} ({:.3})", self.errors.relmse, self.errors.relmse_trimmed),
+            format!("{:.3}", self.errors.smape),
             format!("{first}, {second}"),
         ]
     }
@@ -105,7 +106,7 @@ fn part(view: &View, image: &Image, first: bool) -> Image {
     Image { width: data.len(), height: 1, data }
 }
 
-const HEADINGS: [&str; 11] = [
+const HEADINGS: [&str; 12] = [
     "preset",
     "what",
     "spp (kept)",
@@ -116,7 +117,8 @@ const HEADINGS: [&str; 11] = [
     "without light",
     "guide, MiB",
     "relMSE (trimmed)",
-    "trimmed, by part",
+    "SMAPE",
+    "SMAPE, by part",
 ];
 
 /// Prints the rows as a Markdown table; the first iteration stands before the arrow, the last behind it.
