@@ -53,7 +53,7 @@ impl Placing {
     /// Gathers points. Where they become too many, every second goes, and of those to come.
     pub fn visit(&mut self, points: &[(Vec3, Vec3)]) {
         for point in points {
-            if self.seen % self.stride == 0 {
+            if self.seen.is_multiple_of(self.stride) {
                 if self.points.len() == self.room {
                     self.points = self.points.iter().step_by(2).copied().collect();
                     self.stride *= 2;

@@ -76,11 +76,11 @@ impl Guide {
             }
             Kind::Leaves(leaves) => {
                 let all: Vec<LeafInfo> = leaves.tree().inspect().collect();
-                let whole = all.iter().map(|leaf| leaf.nodes as usize).sum::<usize>().max(1);
+                let whole = all.iter().map(|leaf| leaf.nodes).sum::<usize>().max(1);
                 let figures = |leaf: &LeafInfo| Figures {
                     // its part of the whole tree, by its nodes
-                    bytes: leaves.bytes() * leaf.nodes as usize / whole,
-                    nodes: leaf.nodes as usize,
+                    bytes: leaves.bytes() * leaf.nodes / whole,
+                    nodes: leaf.nodes,
                     met: leaf.visits > 0.0,
                     usable: leaves.tree().distribution(leaf.leaf).is_some(),
                     visits: leaf.visits as f32,

@@ -129,10 +129,10 @@ impl TreeShape {
         let node = out.children.len() / FAN;
         out.entries.extend(inherited);
         out.children.extend([0; FAN]);
-        for k in 0..FAN {
+        for (k, own) in inherited.iter().enumerate() {
             let at = place.cell(k);
             let child = old.and_then(|old| cells.child(old, k));
-            let entry = child.map_or(inherited[k], |child| cells.summary(child));
+            let entry = child.map_or(*own, |child| cells.summary(child));
             out.entries[node * FAN + k] = entry;
             let light = match child {
                 Some(child) => self.irradiance(cells, child, at, entry.q),
