@@ -55,8 +55,9 @@ const WAYS: [Way; 8] = [
         (s.guiding.method, s.guiding.table) = (GuidingMethod::Grid, DirectionTable::Sphere);
         (s.guiding.mis_compensation, s.render.combine) = (true, Combine::Last);
     }),
-    ("SD-tree, guided roulette", false, |s| {
+    ("SD-tree", false, |s| {
         (s.guiding.method, s.guiding.leaf_samples) = (GuidingMethod::SdTree, 1000.0);
+        s.integrator.roulette = Roulette::Throughput;
     }),
     ("Voronoi", false, |s| s.guiding.method = GuidingMethod::Voronoi),
 ];
