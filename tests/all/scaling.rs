@@ -99,7 +99,10 @@ fn any_factor_scales_the_picture_to_rounding() {
         let turned = a.mean.iter().zip(&b.mean).filter(off).count();
         let difference = mean_color(&b.mean)[1] / factor as f64 / mean_color(&a.mean)[1] - 1.0;
         println!("{what}: {turned} of {} pixels differ, means by {difference:.1e}", a.mean.len());
-        assert!(turned * 50 < a.mean.len(), "{what}: {turned} of {} pixels differ", a.mean.len());
+        // where rounding moves a cut of an SD-tree, all later draws from that leaf are others: there only the means can
+        // be compared, and powers of two, where nothing rounds, are equal bit for bit (above)
+        let as_one = what.ends_with("SD-tree");
+        assert!(as_one || turned * 50 < a.mean.len(), "{what}: {turned} of {} pixels differ", a.mean.len());
         assert!(difference.abs() < 1e-3, "{what}: the means differ by {difference}");
     });
 }
