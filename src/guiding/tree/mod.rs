@@ -1,0 +1,89 @@
+//! A tree of directions: the hemisphere's square cut into 4×4 cells, and a cell that holds much of the light cut again.
+//!
+//! It is the quadtree of Müller et al. (2017) two levels at a time: a node of 16 cells is drawn from with one vector
+//! comparison, and what sampling reads of it is one cache line.
+
+mod cells;
+mod leaves;
+mod place;
+mod shape;
+
+pub use cells::Cells;
+pub use leaves::{LeafIndex, leaves};
+pub use shape::{Totals, TreeShape};
+
+use super::qtable::Entry;
+use glam::Vec3;
+use place::{Place, cell_at, coordinates};
+use std::f32::consts::TAU;
+
+/// Cells along the side of a node.
+const SIDE: u32 = 4;
+/// Cells of a node.
+pub const FAN: usize = (SIDE * SIDE) as usize;
+/// Nodes on the way to the smallest cells: 64×64 over the hemisphere.
+const DEPTH: usize = 3;
+/// Nodes of a state at most, so that their numbers fit.
+const MAX_NODES: usize = 1 << 12;
+/// Parts into which a node divides the unit interval.
+const WHOLE: u32 = 1 << 16;
+
+/// What sampling reads of a node: where each cell begins in the unit interval, in units of 1/`WHOLE`, and the node that
+/// cuts it, counted from the state's first; 0 for none. Draws and densities both go by the rounded numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub struct Node {
+    starts: [u16; FAN],
+    children: [u16; FAN],
+}
+
+impl Node {
+    /// The cell's part of the unit interval.
+    #[inline]
+    fn range(&self, k: usize) -> (u32, u32) {
+        let to = if k + 1 < FAN { self.starts[k + 1] as u32 } else { WHOLE };
+        (self.starts[k] as u32, to)
+    }
+}
+
+/// Bytes that a node takes, learnt and frozen.
+pub fn bytes_per_node() -> usize {
+    FAN * (size_of::<Entry>() + size_of::<u16>()) + size_of::<Node>()
+}
+
+/// Draws a direction in the state's frame from the nodes of a state.
+#[inline]
+pub fn sample(nodes: &[Node], mut u: f64, inside: [f32; 2]) -> Vec3 {
+    let (mut node, mut place) = (&nodes[0], Place::ROOT);
+    loop {
+        let at = (u * WHOLE as f64) as u16;
+        // counting instead of searching: no branch to guess wrong, and it runs in vectors
+        let k = node.starts[1..].iter().map(|&start| (start <= at) as usize).sum::<usize>();
+        place = place.cell(k);
+        let child = node.children[k] as usize;
+        if child == 0 {
+            return place.direction(inside);
+        }
+        let (from, to) = node.range(k);
+        u = ((u * WHOLE as f64 - from as f64) / (to - from) as f64).min(crate::math::ONE_MINUS_EPSILON_F64);
+        node = &nodes[child];
+    }
+}
+
+/// Density per steradian of [`sample`] at a direction in the state's frame; 0 below the horizon.
+#[inline]
+pub fn pdf(nodes: &[Node], local: Vec3) -> f32 {
+    let Some([x, y]) = coordinates(local) else { return 0.0 };
+    let mut density = 1.0 / TAU;
+    let mut node = &nodes[0];
+    for depth in 1..=DEPTH {
+        let k = cell_at(x, y, depth);
+        let (from, to) = node.range(k);
+        density *= (to - from) as f32 * (FAN as f32 / WHOLE as f32);
+        match node.children[k] as usize {
+            0 => break,
+            child => node = &nodes[child],
+        }
+    }
+    density
+}

@@ -1,0 +1,56 @@
+//! Where the cells of a tree lie in the hemisphere's square.
+
+use super::{DEPTH, SIDE};
+use crate::math::warp;
+use glam::Vec3;
+use std::f32::consts::TAU;
+
+/// Where a cell is: the size, by how many nodes lead to it, and its place among those of its size.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    pub depth: usize,
+    pub x: u32,
+    pub y: u32,
+}
+
+impl Place {
+    pub const ROOT: Place = Place { depth: 0, x: 0, y: 0 };
+
+    #[inline]
+    pub fn cell(self, k: usize) -> Place {
+        Place { depth: self.depth + 1, x: self.x * SIDE + k as u32 % SIDE, y: self.y * SIDE + k as u32 / SIDE }
+    }
+
+    /// Cells of its size along the square's side.
+    #[inline]
+    pub fn side(self) -> u32 {
+        SIDE.pow(self.depth as u32)
+    }
+
+    /// Uniform direction in the cell, in the state's frame.
+    #[inline]
+    pub fn direction(self, inside: [f32; 2]) -> Vec3 {
+        let scale = 1.0 / self.side() as f32;
+        let square = [(self.x as f32 + inside[0]) * scale, (self.y as f32 + inside[1]) * scale];
+        warp::square_to_uniform_hemisphere(square)
+    }
+
+    #[inline]
+    pub fn solid_angle(self) -> f32 {
+        TAU / (self.side() * self.side()) as f32
+    }
+}
+
+/// A direction in the state's frame, in units of the smallest cells.
+#[inline]
+pub fn coordinates(local: Vec3) -> Option<[u32; 2]> {
+    const SMALLEST: f32 = (SIDE * SIDE * SIDE) as f32;
+    (local.z >= 0.0).then(|| warp::uniform_hemisphere_to_square(local).map(|v| (v * SMALLEST) as u32))
+}
+
+/// The cell at `depth` that holds the coordinates.
+#[inline]
+pub fn cell_at(x: u32, y: u32, depth: usize) -> usize {
+    let shift = 2 * (DEPTH - depth);
+    (((y >> shift) % SIDE) * SIDE + (x >> shift) % SIDE) as usize
+}
