@@ -1,0 +1,58 @@
+//! What a batch brings back: its pixels, and what is to be learnt from it.
+
+use super::Walk;
+use crate::film::tile::{Features, TileSamples};
+use crate::guiding::Recorder;
+use crate::integrator::backup::{self, Expectation, Vertex};
+use crate::integrator::batch::BatchResult;
+use crate::math::Rgb;
+
+impl Walk<'_, '_> {
+    /// Keeps a vertex for learning, once it is known what it adds and expects.
+    #[inline]
+    pub(super) fn log(&mut self, i: usize, depth: u32, local: Rgb, expected: Option<Expectation>) {
+        if self.learn {
+            let arrival = self.batch.wave.paths.arrival[i];
+            self.batch.vertices[depth as usize - 1].push(Vertex { arrival, local, expected });
+        }
+    }
+
+    pub(super) fn record(&mut self) -> Option<Recorder> {
+        if !self.learn {
+            return None;
+        }
+        let mut recorder = Recorder::new();
+        let b = &mut *self.batch;
+        backup::record(&b.vertices, &mut b.followed, &mut recorder);
+        b.points.drain(..).for_each(|(p, n)| recorder.push_point(p, n));
+        b.vertices.iter_mut().for_each(Vec::clear);
+        Some(recorder)
+    }
+
+    /// Sums over the samples of each pixel. A sample that is not finite is counted and left out as black.
+    pub(super) fn gather(mut self) -> BatchResult {
+        let (tile, pixels) = (self.task.tile, self.task.tile.pixels());
+        let mut samples = TileSamples {
+            sum: vec![Rgb::ZERO; pixels],
+            sum_squares: vec![Rgb::ZERO; pixels],
+            features: vec![Features::default(); if self.integrator.features { pixels } else { 0 }],
+        };
+        for (slot, &radiance) in self.batch.radiance.iter().enumerate() {
+            let pixel = slot % pixels;
+            if !radiance.is_finite() {
+                self.counters.non_finite += 1;
+                let (x, y) = (tile.x + pixel as u32 % tile.width, tile.y + pixel as u32 / tile.width);
+                let sample = self.task.first_sample + (slot / pixels) as u32;
+                self.counters.first_non_finite.get_or_insert((x, y, sample));
+                continue;
+            }
+            self.counters.zero_contribution += (radiance == Rgb::ZERO) as u64;
+            samples.sum[pixel] += radiance;
+            samples.sum_squares[pixel] += radiance * radiance;
+        }
+        for (slot, &features) in self.batch.features.iter().enumerate() {
+            samples.features[slot % pixels] += features;
+        }
+        BatchResult { samples, recorder: None, counters: self.counters }
+    }
+}
