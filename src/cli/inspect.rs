@@ -1,7 +1,8 @@
 //! `phototaxis inspect`: what the guide knows of the place behind a pixel, and how large it is.
 
+use super::choices::Choices;
 use super::output::{check_writable, write_json};
-use super::render::{Method, stop_flag, trained, warn, watched};
+use super::render::{stop_flag, trained, warn, watched};
 use crate::film::exr::{self, Metadata, Window};
 use crate::film::image::{Image, Layer};
 use crate::film::png;
@@ -13,7 +14,7 @@ use crate::render::Keeping;
 use crate::scene::description::{GuidingMethod, SceneDescription};
 use crate::scene::{Scene, file};
 use anyhow::{Context as _, Result, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -44,18 +45,8 @@ pub struct InspectArguments {
     /// Paths that are traced for each of the 64 × 64 directions of the truth.
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..=65536))]
     truth_samples: u32,
-    /// The guide: what learns where light comes from. [default: the scene file's, else adaptive]
-    #[arg(long, value_name = "METHOD")]
-    guide: Option<Method>,
-    /// Seed of the random numbers. [default: the scene file's, else 0]
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
-    /// Threads; 0 takes all of the machine's.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
-    /// Overrides a key of the scene file, for example guiding.resolution=32; may be repeated.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    #[command(flatten)]
+    choices: Choices,
     /// Writes the figures as JSON; "-" is standard output, in place of the table.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -92,12 +83,13 @@ struct State {
 }
 
 pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
-    super::set_threads(arguments.threads)?;
-    let (description, warnings) = file::load(&arguments.scene, &overrides(arguments))?;
+    super::set_threads(arguments.choices.threads)?;
+    let (description, warnings) =
+        file::load(&arguments.scene, &arguments.choices.overrides(arguments.spp.map(|n| format!("render.spp={n}"))))?;
     if description.guiding.method == GuidingMethod::None {
         bail!("there is no guide to look at: guiding.method is none");
     }
-    let (scene, more_warnings) = Scene::load(&description, arguments.threads)?;
+    let (scene, more_warnings) = Scene::load(&description, arguments.choices.threads)?;
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
     }
@@ -116,16 +108,6 @@ pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
     }
     arguments.json.iter().try_for_each(|path| write_json(path, &report))?;
     Ok(if interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
-}
-
-fn overrides(arguments: &InspectArguments) -> Vec<String> {
-    let method = |m: Method| m.to_possible_value().expect("none is hidden").get_name().to_string();
-    let given = [
-        arguments.spp.map(|n| format!("render.spp={n}")),
-        arguments.seed.map(|n| format!("render.seed={n}")),
-        arguments.guide.map(|m| format!("guiding.method={}", method(m))),
-    ];
-    given.into_iter().flatten().chain(arguments.set.iter().cloned()).collect()
 }
 
 fn seen(scene: &Scene, (x, y): (u32, u32)) -> Result<Seen<'_>> {

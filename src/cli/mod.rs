@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C (with the picture so far written).
 
 mod bench;
+mod choices;
 mod error;
 mod generate;
 mod inspect;

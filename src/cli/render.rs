@@ -1,5 +1,6 @@
 //! `phototaxis render`: from a scene file or a model to pictures and figures.
 
+use super::choices::Choices;
 use super::output::Outputs;
 use super::progress::Bar;
 use super::report::{Context, Report, total};
@@ -9,7 +10,7 @@ use crate::render::{Keeping, Rendering, Settings, render_keeping};
 use crate::scene::description::{GuidingMethod, SceneDescription};
 use crate::scene::{Scene, file};
 use anyhow::{Context as _, Result, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -41,9 +42,6 @@ pub struct RenderArguments {
     /// Seconds to render for; all that happens after loading counts. Without --spp, time alone decides.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     time: Option<f64>,
-    /// The guide: what learns where light comes from. [default: the scene file's, else adaptive]
-    #[arg(long, value_name = "METHOD")]
-    guide: Option<Method>,
     /// Begins with what an earlier render of this scene learnt, whatever its camera.
     #[arg(long, value_name = "FILE")]
     guide_in: Option<PathBuf>,
@@ -53,15 +51,8 @@ pub struct RenderArguments {
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
     #[arg(long)]
     guide_layers: bool,
-    /// Seed of the random numbers. [default: the scene file's, else 0]
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
-    /// Threads; 0 takes all of the machine's. The picture does not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
-    /// Overrides a key of the scene file, for example guiding.resolution=32; may be repeated.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    #[command(flatten)]
+    choices: Choices,
     /// Writes the figures as JSON; "-" is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -70,29 +61,14 @@ pub struct RenderArguments {
     quiet: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub(super) enum Method {
-    /// No guide: directions from the material, and next-event estimation
-    None,
-    /// Learns in cells that refine where it pays, by position and facing normal
-    Adaptive,
-    /// Learns in the cells of a uniform grid
-    Grid,
-    /// Learns in the cells about sites on the surfaces
-    Voronoi,
-    /// Learns in a spatial tree from whole paths (Practical Path Guiding)
-    #[value(name = "sdtree")]
-    SdTree,
-}
-
 pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
-    super::set_threads(arguments.threads)?;
+    super::set_threads(arguments.choices.threads)?;
     let (description, warnings) = file::load(&arguments.scene, &overrides(arguments))?;
     let outputs =
         Outputs::new(&arguments.output, arguments.json.as_ref(), arguments.guide_out.as_ref(), &arguments.scene)?;
     check_guide_options(arguments, &description, &outputs)?;
     let load = Instant::now();
-    let (scene, more_warnings) = Scene::load(&description, arguments.threads)?;
+    let (scene, more_warnings) = Scene::load(&description, arguments.choices.threads)?;
     let load_seconds = load.elapsed().as_secs_f64();
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
@@ -128,15 +104,10 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
 
 /// The flags that stand for keys of the scene file, then `--set`, which has the last word.
 fn overrides(arguments: &RenderArguments) -> Vec<String> {
-    let mut all = Vec::new();
-    let mut add = |key: &str, value: Option<String>| all.extend(value.map(|v| format!("{key}={v}")));
     let open_ended = arguments.time.is_some() && arguments.spp.is_none();
-    add("render.spp", arguments.spp.map(|n| n.to_string()).or(open_ended.then(|| i32::MAX.to_string())));
-    add("render.time", arguments.time.map(|t| format!("{t:?}")));
-    add("render.seed", arguments.seed.map(|s| s.to_string()));
-    add("guiding.method", arguments.guide.map(|m| m.to_possible_value().expect("none is hidden").get_name().into()));
-    all.extend(arguments.set.iter().cloned());
-    all
+    let spp = arguments.spp.map(|n| n.to_string()).or(open_ended.then(|| i32::MAX.to_string()));
+    let budget = [spp.map(|n| format!("render.spp={n}")), arguments.time.map(|t| format!("render.time={t:?}"))];
+    arguments.choices.overrides(budget.into_iter().flatten())
 }
 
 /// Refuses options that could do nothing.
