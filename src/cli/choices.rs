@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 /// Which guide, which numbers, how many threads.
 #[derive(Args)]
 pub struct Choices {
-    /// The guide: what learns where light comes from. [default: the scene file's, else adaptive]
+    /// The guide: what learns where light comes from. [default: the scene file's, else auto]
     #[arg(long, value_name = "METHOD")]
     guide: Option<Method>,
     /// Seed of the random numbers. [default: the scene file's, else 0]
@@ -21,6 +21,8 @@ pub struct Choices {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Method {
+    /// As adaptive, for as long as it pays: judged by the first iterations' variance and cost
+    Auto,
     /// No guide: directions from the material, and next-event estimation
     None,
     /// Learns in cells that refine where it pays, by position and facing normal

@@ -3,7 +3,7 @@
 use crate::guiding::file::Subject;
 use crate::inspect::Layers;
 use crate::integrator::Counters;
-use crate::render::{IterationReport, Rendering};
+use crate::render::{IterationReport, Rendering, Verdict};
 use crate::scene::Scene;
 use crate::scene::description::GuidingMethod;
 use serde::Serialize;
@@ -52,6 +52,8 @@ struct GuideReport {
     bytes: usize,
     /// Share of vertices asked for where the guide knew an answer.
     hit_share: f64,
+    /// Whether the guide paid, where that was asked.
+    verdict: Option<Verdict>,
 }
 
 #[derive(Serialize)]
@@ -115,6 +117,7 @@ impl Report {
                 states: guide.map_or(0, |g| g.states()),
                 bytes: guide.map_or(0, |g| g.bytes()),
                 hit_share: ratio(total.guide_hits, total.guide_queries),
+                verdict: rendering.verdict,
             },
             iterations: rendering.iterations.iter().map(Iteration::new).collect(),
         }
@@ -140,6 +143,7 @@ impl Report {
                 self.learn_seconds,
             );
         }
+        text += &self.guide.verdict.map_or(String::new(), |verdict| format!("\n{}", reason(&verdict)));
         text
     }
 }
@@ -157,6 +161,20 @@ impl Iteration {
             transitions: c.transitions,
         }
     }
+}
+
+/// Why the guide is in use, or not.
+fn reason(verdict: &Verdict) -> String {
+    format!(
+        "guided samples varied {:.2} times as much as unguided ones and cost {:.2} times as much: {}",
+        verdict.variance_ratio,
+        verdict.cost_ratio,
+        if verdict.guided {
+            format!("the guide is worth {:.1} times the samples", verdict.gain())
+        } else {
+            "this scene needs no guide, and was rendered on without".to_owned()
+        }
+    )
 }
 
 /// Counters of all iterations together.

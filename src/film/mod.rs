@@ -2,9 +2,11 @@
 
 pub mod accumulate;
 pub mod atomic;
+pub mod blur;
 pub mod compare;
 pub(crate) mod contain;
 pub mod exr;
+mod group;
 pub mod image;
 pub mod png;
 pub mod srgb;

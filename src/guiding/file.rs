@@ -75,12 +75,12 @@ impl Subject {
 fn settings(guiding: &GuidingSettings, integrator: &IntegratorSettings) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
     let mut add = |key: &str, value: String| all.insert(key.to_string(), value);
-    add("guiding.method", format!("{:?}", guiding.method).to_lowercase());
+    add("guiding.method", guiding.method.model().name().to_owned());
     add("guiding.table", format!("{:?}", guiding.table).to_lowercase());
     add("guiding.resolution", guiding.resolution.to_string());
     match guiding.method {
         GuidingMethod::Grid => add("guiding.normals", guiding.normals.to_string()),
-        GuidingMethod::Adaptive => add("guiding.levels", guiding.levels.to_string()),
+        GuidingMethod::Adaptive | GuidingMethod::Auto => add("guiding.levels", guiding.levels.to_string()),
         GuidingMethod::None | GuidingMethod::Voronoi | GuidingMethod::SdTree => None,
     };
     if guiding.table != DirectionTable::Tree {
@@ -94,7 +94,7 @@ fn settings(guiding: &GuidingSettings, integrator: &IntegratorSettings) -> BTree
 
 /// Whether guides of this method are kept in files.
 pub fn is_stored(method: GuidingMethod) -> bool {
-    matches!(method, GuidingMethod::Grid | GuidingMethod::Adaptive)
+    matches!(method.model(), GuidingMethod::Grid | GuidingMethod::Adaptive)
 }
 
 /// What to say of the others.

@@ -66,7 +66,7 @@ impl Guide {
         let kind = match settings.method {
             GuidingMethod::None => return None,
             GuidingMethod::Grid => tables(States::Grid(Grid::new(low, high, settings.resolution, settings.normals))),
-            GuidingMethod::Adaptive => {
+            GuidingMethod::Adaptive | GuidingMethod::Auto => {
                 tables(States::Adaptive(Adaptive::new(low, high, settings.resolution, settings.levels)))
             }
             GuidingMethod::Voronoi => {
@@ -75,7 +75,7 @@ impl Guide {
             }
             GuidingMethod::SdTree => Kind::Leaves(Box::new(Leaves::new(settings, bounds))),
         };
-        Some(Guide { method: settings.method, kind })
+        Some(Guide { method: settings.method.model(), kind })
     }
 
     pub fn method(&self) -> GuidingMethod {
@@ -123,6 +123,11 @@ impl Guide {
             Kind::Tables(tables) => tables.end_iteration(),
             Kind::Leaves(leaves) => leaves.end_iteration(spp),
         }
+    }
+
+    /// Whether an iteration that recorded so many transitions has taught enough.
+    pub fn has_enough(&self, transitions: u64) -> bool {
+        self.tables().is_some_and(|tables| tables.has_enough(transitions))
     }
 
     /// States that were ever met; of an SD-tree, all leaves.

@@ -1,5 +1,6 @@
 use super::*;
-use crate::math::{Rgb, rng::Rng};
+use crate::film::accumulate::Estimate;
+use crate::math::{Rgb, luminance, rng::Rng};
 
 /// A picture of random greys with some noise, times `scale`.
 fn picture(scale: f32) -> Estimate {
@@ -18,7 +19,7 @@ fn counters() -> Counters {
 /// What a picture of 16 samples, all alike, says.
 fn efficiency(picture: &Estimate, counters: &Counters) -> Option<Efficiency> {
     let variances: Vec<f64> = picture.variance.iter().map(|&v| luminance(v) as f64 * 16.0).collect();
-    weigh(picture, &variances, counters)
+    super::efficiency(&Noise::weigh(picture, &variances)?, counters)
 }
 
 #[test]

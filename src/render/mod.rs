@@ -2,18 +2,27 @@
 
 mod blocks;
 mod efficiency;
+mod noise;
 mod schedule;
+mod worth;
+
+pub use worth::Verdict;
 
 use crate::film::accumulate::{Estimate, FEATURE_SAMPLES, Film};
 use crate::guiding::Guide;
 use crate::guiding::file::Trained;
 use crate::integrator::path::GuideUse;
 use crate::integrator::{Batch, BatchResult, Counters, Efficiency, PathIntegrator, Task};
+use crate::math::luminance;
 use crate::scene::Scene;
-use crate::scene::description::{GuidingSettings, IntegratorSettings, Order, RenderSettings, Roulette, Updates};
+use crate::scene::description::{
+    Combine, GuidingMethod, GuidingSettings, IntegratorSettings, Order, RenderSettings, Roulette, Updates,
+};
+use noise::Noise;
 use rayon::prelude::*;
 use schedule::{Tiling, iteration_samples, round_paths, rounds};
 use std::time::{Duration, Instant};
+use worth::Worth;
 
 /// What to render with.
 #[derive(Clone, Debug, Default)]
@@ -58,6 +67,8 @@ pub struct Rendering {
     pub samples: u32,
     pub seconds: f64,
     pub guide: Option<Guide>,
+    /// Whether the guide paid; `None` where that was not asked, or too little was rendered to tell.
+    pub verdict: Option<Verdict>,
     /// Camera paths of the last iteration from which the guide learnt.
     pub learnt_paths: u64,
 }
@@ -89,8 +100,15 @@ pub fn render_keeping(scene: &Scene, settings: &Settings, keeping: Keeping, obse
         samples: driver.samples,
         seconds: driver.start.elapsed().as_secs_f64(),
         guide: driver.guide,
+        verdict: driver.worth.and_then(|worth| worth.verdict()),
         learnt_paths: driver.learnt_paths,
     }
+}
+
+/// Without a guide all samples are alike, whatever they seem to be.
+fn combine(settings: &Settings) -> Combine {
+    let (combine, method) = (settings.render.combine, settings.guiding.method);
+    if combine == Combine::InverseVariance && method == GuidingMethod::None { Combine::All } else { combine }
 }
 
 /// Samples per pixel that an iteration plans at most.
@@ -106,6 +124,8 @@ struct Driver<'a> {
     learnt_paths: u64,
     seed: u64,
     efficiency: Option<Efficiency>,
+    /// Where it is to be found out whether the guide pays.
+    worth: Option<Worth>,
     iterations: Vec<IterationReport>,
     samples: u32,
     paths: u64,
@@ -115,6 +135,8 @@ struct Driver<'a> {
 impl<'a> Driver<'a> {
     fn new(scene: &'a Scene, settings: &'a Settings, Keeping { from, keep }: Keeping) -> Driver<'a> {
         let start = Instant::now();
+        // a guide that is given or to be kept is wanted, whatever it pays
+        let judged = settings.guiding.method == GuidingMethod::Auto && from.is_none() && !keep;
         let (learnt_paths, salt) = from.as_ref().map_or((0, 0), |trained| (trained.paths, trained.salt));
         let from = from.map(|trained| trained.guide);
         let (width, height) = (scene.camera.width, scene.camera.height);
@@ -122,12 +144,13 @@ impl<'a> Driver<'a> {
             scene,
             settings,
             tiling: Tiling::new(width, height),
-            film: Film::new(width, height, settings.render.combine),
+            film: Film::new(width, height, combine(settings)),
             guide: from.or_else(|| Guide::new(&settings.guiding, scene.bounds(), scene.facets())),
             keep,
             learnt_paths,
             seed: settings.render.seed ^ salt,
             efficiency: None,
+            worth: judged.then(|| Worth::new(settings.render.time.is_some())),
             iterations: Vec::new(),
             samples: 0,
             paths: 0,
@@ -180,7 +203,7 @@ impl<'a> Driver<'a> {
     fn iterate(&mut self, samples: u32, last: bool, observer: Observer) -> bool {
         let start = Instant::now();
         // What nothing will be drawn from need not be learnt.
-        let learn = !last || self.keep || self.online();
+        let learn = self.guided() && (!last || self.keep || self.online());
         let mut report = self.begin_iteration();
         // Under a time limit the last iteration ends with the time, not with an estimated count.
         let open_ended = self.settings.render.time.is_some() && last;
@@ -199,13 +222,32 @@ impl<'a> Driver<'a> {
             report.learn_seconds += timed(end).as_secs_f64();
             self.learnt_paths = self.learnt_paths.max(report.counters.paths);
         }
-        if self.guide.is_some() && go_on && self.settings.integrator.roulette == Roulette::Guided {
-            self.efficiency = efficiency::efficiency(&self.film, &report.counters).or(self.efficiency.take());
+        if go_on && self.guided() {
+            self.weigh(&report.counters);
         }
         self.film.end_iteration();
         report.seconds = start.elapsed().as_secs_f64();
         self.iterations.push(report);
         go_on
+    }
+
+    /// Whether a guide is there, and in use.
+    fn guided(&self) -> bool {
+        self.guide.is_some() && self.worth.as_ref().is_none_or(Worth::pays)
+    }
+
+    /// What the noise of an iteration says of roulette, and of the guide.
+    fn weigh(&mut self, counters: &Counters) {
+        if let Some(worth) = self.worth.as_mut().filter(|_| self.samples == 1) {
+            worth.begin(self.film.develop().mean.iter().map(|&c| luminance(c)).collect(), counters);
+        }
+        let Some(noise) = Noise::of(&self.film) else { return };
+        if self.settings.integrator.roulette == Roulette::Guided {
+            self.efficiency = efficiency::efficiency(&noise, counters).or(self.efficiency.take());
+        }
+        if let Some(worth) = &mut self.worth {
+            worth.judge(&noise, counters);
+        }
     }
 
     /// Adds `samples` to every pixel.
@@ -219,6 +261,8 @@ impl<'a> Driver<'a> {
 
     /// Traces the tasks of a round; then the guide learns from it.
     fn round(&mut self, round: &[Task], learn: bool, report: &mut IterationReport) {
+        let enough = self.guide.as_ref().is_some_and(|guide| guide.has_enough(report.counters.transitions));
+        let learn = learn && (self.online() || !enough);
         let results = self.trace(round, learn);
         for (task, result) in round.iter().zip(&results) {
             self.film.add(&task.tile, &result.samples);
@@ -248,7 +292,7 @@ impl<'a> Driver<'a> {
         let integrator = PathIntegrator {
             scene: self.scene,
             settings: &self.settings.integrator,
-            guide: self.guide.as_ref().map(|guide| GuideUse {
+            guide: self.guide.as_ref().filter(|_| self.guided()).map(|guide| GuideUse {
                 field: guide.field(),
                 settings: &self.settings.guiding,
                 learn,

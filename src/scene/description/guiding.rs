@@ -55,7 +55,7 @@ pub struct GuidingSettings {
 impl Default for GuidingSettings {
     fn default() -> GuidingSettings {
         GuidingSettings {
-            method: GuidingMethod::Adaptive,
+            method: GuidingMethod::Auto,
             table: DirectionTable::Tree,
             resolution: 16,
             normals: true,
@@ -88,7 +88,7 @@ impl Default for GuidingSettings {
 impl GuidingSettings {
     /// Whether the share of directions drawn from the BSDF is learnt.
     pub fn learns_fraction(&self) -> bool {
-        self.learned_fraction.unwrap_or(matches!(self.method, GuidingMethod::Adaptive | GuidingMethod::SdTree))
+        self.learned_fraction.unwrap_or(matches!(self.method.model(), GuidingMethod::Adaptive | GuidingMethod::SdTree))
     }
 
     /// What is learnt of a path that went on: an SD-tree learns from whole paths, the rule is one of tables.
@@ -100,6 +100,8 @@ impl GuidingSettings {
 /// How the scene's surfaces are told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GuidingMethod {
+    /// `Adaptive`, for as long as it pays.
+    Auto,
     None,
     /// Cells of one size.
     Grid,
@@ -113,13 +115,19 @@ pub enum GuidingMethod {
 
 impl GuidingMethod {
     /// All of them, by the names that scene files have for them.
-    pub const NAMES: [(&'static str, GuidingMethod); 5] = [
+    pub const NAMES: [(&'static str, GuidingMethod); 6] = [
+        ("auto", GuidingMethod::Auto),
         ("adaptive", GuidingMethod::Adaptive),
         ("grid", GuidingMethod::Grid),
         ("voronoi", GuidingMethod::Voronoi),
         ("sdtree", GuidingMethod::SdTree),
         ("none", GuidingMethod::None),
     ];
+
+    /// How states are told apart.
+    pub fn model(self) -> GuidingMethod {
+        if self == GuidingMethod::Auto { GuidingMethod::Adaptive } else { self }
+    }
 
     pub fn name(self) -> &'static str {
         let named = GuidingMethod::NAMES.iter().find(|(_, method)| *method == self);

@@ -73,7 +73,7 @@ pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fau
     t.flag("directional_filter", &mut s.directional_filter)?;
     check_updates(t, s)?;
     memory(t, "memory", &mut s.memory)?;
-    if s.method == GuidingMethod::Adaptive && s.resolution > MAX_COARSE {
+    if s.method.model() == GuidingMethod::Adaptive && s.resolution > MAX_COARSE {
         let message =
             format!("`resolution` must be at most {MAX_COARSE} with method `adaptive`, found {}", s.resolution);
         return Err(Fault::new(t.place(&["resolution", "method"]), message));
@@ -81,11 +81,12 @@ pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fau
     Ok(())
 }
 
-/// An SD-tree's snapshots are of whole iterations.
+/// An SD-tree's snapshots are of whole iterations, and of whole iterations is judged whether a guide pays.
 fn check_updates(t: &Reader, s: &GuidingSettings) -> Result<(), Fault> {
-    if s.method == GuidingMethod::SdTree && s.updates == Updates::Online {
+    if matches!(s.method, GuidingMethod::SdTree | GuidingMethod::Auto) && s.updates == Updates::Online {
         let at = t.place(&["updates", "method"]);
-        return Err(Fault::new(at, "`updates` must be \"frozen\" where `method` is \"sdtree\""));
+        let message = format!("`updates` must be \"frozen\" where `method` is \"{}\"", s.method.name());
+        return Err(Fault::new(at, message));
     }
     Ok(())
 }

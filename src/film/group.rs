@@ -1,0 +1,75 @@
+//! The samples of some iterations together, and how much they count among others.
+
+use super::blur::blur;
+use crate::math::{Rgb, luminance};
+
+/// Pictures weighed against each other must not be told apart by less than rounding.
+const MIN_RELATIVE_VARIANCE: f64 = 1e-12;
+
+/// Share of all samples that may be outliers, and as many pixels left out of the average: a few very bright samples
+/// are in one group or another by chance, and say little of either. At most so many pixels.
+const OUTLIERS: f64 = 1e-4;
+const MOST_OUTLIERS: f64 = 0.05;
+
+/// Share of a picture's mean luminance below which darker pixels are no more important.
+const FLOOR: f64 = 0.1;
+
+/// Sums of samples, pixel by pixel.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    pub sum: Vec<Rgb>,
+    pub sum_squares: Vec<Rgb>,
+    pub samples: u32,
+}
+
+impl Group {
+    pub fn new(pixels: usize) -> Group {
+        Group { sum: vec![Rgb::ZERO; pixels], sum_squares: vec![Rgb::ZERO; pixels], samples: 0 }
+    }
+
+    /// Mean and variance of the mean of a pixel.
+    pub fn moments(&self, i: usize) -> (Rgb, Rgb) {
+        let n = self.samples as f32;
+        let mean = self.sum[i] / n;
+        if self.samples < 2 {
+            return (mean, Rgb::ZERO);
+        }
+        (mean, (self.sum_squares[i] / n - mean * mean).max(Rgb::ZERO) / (n - 1.0))
+    }
+
+    /// Inverse of the mean relative variance (Müller 2019 weighs iterations so), for either colour of the
+    /// checkerboard from the pixels of the *other*: a pixel's own noise has no say in how much its samples count,
+    /// which would bias the picture.
+    ///
+    /// Relative to `picture`, the best there is: against a mean of its own few samples, one of them very bright, a
+    /// pixel would seem hardly noisy at all, and what is noisiest would count far too much.
+    pub fn weights(&self, width: usize, picture: &Group) -> [f64; 2] {
+        let weight = |colour: usize| {
+            let of_colour = |i: &usize| parity(*i, width) == colour;
+            let squares = picture.squares(width, of_colour);
+            let relative = |i: usize| match luminance(self.moments(i).1) as f64 {
+                0.0 => 0.0,
+                variance => variance / squares[i],
+            };
+            let mut all: Vec<f64> = (0..self.sum.len()).filter(of_colour).map(relative).collect();
+            all.sort_unstable_by(f64::total_cmp);
+            let outliers = (OUTLIERS * self.samples as f64).min(MOST_OUTLIERS) * all.len() as f64;
+            all.truncate(all.len() - outliers as usize);
+            1.0 / (all.iter().sum::<f64>() / all.len().max(1) as f64).max(MIN_RELATIVE_VARIANCE)
+        };
+        [weight(1), weight(0)]
+    }
+
+    /// Squares of the luminance about each of the pixels that count, by these alone.
+    fn squares(&self, width: usize, counts: impl Fn(&usize) -> bool) -> Vec<f64> {
+        let light: Vec<f64> = self.sum.iter().map(|&s| luminance(s) as f64 / self.samples as f64).collect();
+        let pixels = (0..light.len()).filter(&counts).count();
+        let mean = (0..light.len()).filter(&counts).map(|i| light[i]).sum::<f64>() / pixels.max(1) as f64;
+        blur(&light, |i| counts(&i), width).iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect()
+    }
+}
+
+/// Colour of pixel `i` on a checkerboard.
+pub(super) fn parity(i: usize, width: usize) -> usize {
+    (i % width + i / width) % 2
+}

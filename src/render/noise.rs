@@ -1,0 +1,65 @@
+//! How noisy one sample of the picture is, by the picture so far.
+
+use crate::film::accumulate::{Estimate, Film};
+use crate::film::blur::blur;
+use crate::math::luminance;
+
+/// Share of the picture's mean luminance below which darker pixels are no more important.
+const FLOOR: f64 = 0.1;
+
+/// Share of the pixels, the noisiest, that have no say in what roulette goes by.
+pub const OUTLIERS: f64 = 0.005;
+
+/// What the newest samples say.
+pub struct Noise {
+    /// Luminance per pixel.
+    pub(super) light: Vec<f64>,
+    /// Per pixel, the squared luminance that is expected there.
+    pub squares: Vec<f64>,
+    /// Per pixel, the variance of one sample relative to it, in ascending order.
+    pub(super) relative: Vec<f64>,
+    /// Samples per pixel that the picture holds.
+    pub samples: u32,
+}
+
+impl Noise {
+    /// `None` for a picture that is black, not finite, without noise, or of too few samples to show any.
+    pub fn of(film: &Film) -> Option<Noise> {
+        Noise::weigh(&film.develop(), &film.sample_variances()?)
+    }
+
+    /// `variances` are those of one sample of each pixel.
+    pub(super) fn weigh(estimate: &Estimate, variances: &[f64]) -> Option<Noise> {
+        let light: Vec<f64> = estimate.mean.iter().map(|&c| luminance(c) as f64).collect();
+        let mean = light.iter().sum::<f64>() / light.len() as f64;
+        if !(mean > 0.0 && mean.is_finite()) {
+            return None;
+        }
+        let blurred = blur(&light, |_| true, estimate.width as usize);
+        let squares: Vec<f64> = blurred.iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect();
+        let mut relative: Vec<f64> = variances.iter().zip(&squares).map(|(v, square)| v / square).collect();
+        relative.sort_unstable_by(f64::total_cmp);
+        let noise = Noise { light, squares, relative, samples: estimate.samples };
+        (noise.variance(OUTLIERS) > 0.0).then_some(noise)
+    }
+
+    /// Variance of one sample, relative to the picture, on average over the pixels but for a share of the noisiest.
+    pub fn variance(&self, outliers: f64) -> f64 {
+        trimmed_mean(&self.relative, outliers)
+    }
+
+    /// The same of other samples, of which each pixel has one: their distance from the picture, whose own noise is small
+    /// beside that of one sample.
+    pub fn variance_about(&self, samples: &[f32], outliers: f64) -> f64 {
+        let pixels = samples.iter().zip(&self.light).zip(&self.squares);
+        let mut relative: Vec<f64> = pixels.map(|((&x, mean), square)| (x as f64 - mean).powi(2) / square).collect();
+        relative.sort_unstable_by(f64::total_cmp);
+        trimmed_mean(&relative, outliers)
+    }
+}
+
+/// Mean of an ascending list but for a share of its last.
+fn trimmed_mean(ascending: &[f64], share: f64) -> f64 {
+    let kept = ((1.0 - share) * ascending.len() as f64).ceil() as usize;
+    ascending[..kept].iter().sum::<f64>() / kept.max(1) as f64
+}
