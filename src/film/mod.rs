@@ -5,6 +5,7 @@ pub mod atomic;
 pub mod compare;
 pub(crate) mod contain;
 pub mod exr;
+pub mod flip;
 pub mod image;
 pub mod png;
 pub mod srgb;

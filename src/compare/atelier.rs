@@ -1,0 +1,306 @@
+//! The studio that really renders.
+
+use super::measure::{self, Reference, blocks};
+use super::plan::{Budget, Plan, file_stem};
+use super::record::{Iteration, Run};
+use super::reference::{self, Growing, Growth};
+use super::schedule::{Slot, Studio};
+use super::stage::{Stage, settings};
+use super::store::Store;
+use super::{bias::ReferenceBlocks, memory};
+use crate::film::exr::{self, Metadata, Window};
+use crate::film::image::{Image, Layer};
+use crate::integrator::Counters;
+use crate::render::{self, IterationReport, Progress, Rendering, Settings};
+use crate::scene::Scene;
+use crate::{Error, Result};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Seeds of pilot runs, far from those of all others.
+const PILOT_SEEDS: u64 = 1 << 61;
+
+/// Share of the largest budget that a pilot run takes, and its samples per pixel at least: fewer say little of the noise.
+const PILOT_SHARE: f64 = 0.125;
+const PILOT_SAMPLES: u32 = 8;
+
+/// A guide has learnt more at the end of the budget than in a pilot run: errors may fall this much below what
+/// that promises.
+const LEARNT: f64 = 0.5;
+
+/// What it does, for those who wait; told so again and again, and asked whether to go on.
+pub enum Event<'a> {
+    /// A pilot run of a method.
+    Pilot {
+        scene: &'a str,
+        method: &'a str,
+        progress: Progress,
+    },
+    /// A reference is made, whose relMSE must fall to `wanted`.
+    Reference {
+        scene: &'a str,
+        wanted: f64,
+        progress: Progress,
+    },
+    Run {
+        scene: &'a str,
+        method: &'a str,
+        budget: &'a str,
+        progress: Progress,
+    },
+}
+
+pub type Listener<'a> = &'a mut dyn FnMut(Event) -> bool;
+
+pub struct Atelier<'a> {
+    plan: &'a Plan,
+    stage: &'a Stage,
+    folder: &'a Path,
+    allow_noisy: bool,
+    reference: Option<Reference>,
+    listener: Listener<'a>,
+}
+
+impl<'a> Atelier<'a> {
+    /// `folder` takes references and pictures. With `allow_noisy`, references are used whatever their noise.
+    pub fn new(
+        plan: &'a Plan,
+        stage: &'a Stage,
+        folder: &'a Path,
+        allow_noisy: bool,
+        listener: Listener<'a>,
+    ) -> Atelier<'a> {
+        Atelier { plan, stage, folder, allow_noisy, reference: None, listener }
+    }
+
+    /// The smallest relMSE to be expected at the largest budget, by short runs of all methods and the variance of their
+    /// own samples; `None` where it was told to stop.
+    fn smallest_error(&mut self, scene: usize) -> Result<Option<f64>> {
+        let (plan, stage) = (self.plan, self.stage);
+        let name = plan.scenes[scene].name();
+        let mut smallest = f64::INFINITY;
+        for (index, method) in plan.methods.iter().enumerate() {
+            let (loaded, description) = stage.with_method(scene, index);
+            let largest = plan.budgets[plan.budgets.len() - 1];
+            let mut settings = settings(description);
+            settings.render.seed = PILOT_SEEDS + index as u64;
+            let budget = match largest {
+                Budget::Seconds(seconds) => Budget::Seconds(seconds * PILOT_SHARE),
+                Budget::Samples(spp) => Budget::Samples(((f64::from(spp) * PILOT_SHARE) as u32).max(PILOT_SAMPLES)),
+            };
+            limit(&mut settings, budget);
+            let event = |progress| Event::Pilot { scene: &name, method: &method.name, progress };
+            let Some(rendering) = self.render(loaded, &settings, event) else { return Ok(None) };
+            let image = picture(&rendering);
+            let share = match largest {
+                Budget::Seconds(seconds) => rendering.seconds / seconds,
+                Budget::Samples(spp) => f64::from(rendering.samples) / f64::from(spp),
+            };
+            smallest = smallest.min(LEARNT * share * measure::relative_noise(&image, &rendering.estimate.variance));
+        }
+        Ok(Some(smallest))
+    }
+
+    /// Renders; `None` where it was told to stop.
+    fn render<'e>(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        event: impl Fn(Progress) -> Event<'e>,
+    ) -> Option<Rendering> {
+        let mut go_on = true;
+        let rendering = render::render(scene, settings, &mut |progress| {
+            go_on &= (self.listener)(event(*progress));
+            go_on
+        });
+        go_on.then_some(rendering)
+    }
+
+    /// Makes a scene's reference, or makes the one that is there better; `false` where it was told to stop.
+    fn make(&mut self, scene: usize, path: &Path, store: &mut Store) -> Result<bool> {
+        let Some(smallest) = self.smallest_error(scene)? else { return Ok(false) };
+        let (name, wanted) = (self.plan.scenes[scene].name(), self.plan.reference_noise * smallest);
+        let (loaded, description) = self.stage.plain(scene);
+        let found = Growing::find(path, loaded)?;
+        let mut go_on = true;
+        let mut observer = |progress: &Progress| {
+            go_on = (self.listener)(Event::Reference { scene: &name, wanted, progress: *progress });
+            go_on
+        };
+        let growth = Growth { wanted, time: self.plan.reference_time, observer: &mut observer };
+        let Some(grown) = Growing::grow(found, loaded, description, growth) else { return Ok(false) };
+        grown.write(path, loaded)?;
+        if !go_on {
+            return Ok(false);
+        }
+        if grown.noise() > wanted && !self.allow_noisy {
+            return Err(self.too_noisy(&name, grown.noise(), wanted, Some(grown.seconds_for(wanted))));
+        }
+        store.add_reference(&name, &grown.record(path))?;
+        self.reference = Some(grown.into_reference());
+        Ok(true)
+    }
+
+    /// Takes a file as reference; `false` where it was told to stop.
+    fn take(&mut self, scene: usize, path: &Path, store: &mut Store) -> Result<bool> {
+        let reference = reference::read(path, self.stage.plain(scene).0)?;
+        let name = self.plan.scenes[scene].name();
+        if let Some(noise) = reference.noise().filter(|_| !self.allow_noisy) {
+            let Some(smallest) = self.smallest_error(scene)? else { return Ok(false) };
+            let wanted = self.plan.reference_noise * smallest;
+            if noise > wanted {
+                return Err(self.too_noisy(&name, noise, wanted, None));
+            }
+        }
+        store.add_reference(&name, &reference::record_of_file(path, &reference))?;
+        self.reference = Some(reference);
+        Ok(true)
+    }
+
+    fn too_noisy(&self, name: &str, noise: f64, wanted: f64, seconds: Option<f64>) -> Error {
+        let share = self.plan.reference_noise;
+        let more = seconds.map_or(String::new(), |s| format!(" --reference-time {:.0} or so,", s.ceil()));
+        Error::Scene(format!(
+            "{name}: the reference has a relMSE of {noise:.2e} of its own, and {share} of the smallest error that is \
+             expected are {wanted:.2e}: ask for{more} a larger --reference-noise or --allow-noisy-reference"
+        ))
+    }
+
+    /// Where the picture of a scene's method is kept.
+    fn write_picture(&self, slot: &Slot, rendering: &Rendering) -> Result<()> {
+        let folder = self.folder.join("images");
+        std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+        let e = &rendering.estimate;
+        let metadata = Metadata {
+            scene_hash: self.stage.plain(slot.scene).0.hash_text(),
+            samples_per_pixel: e.samples,
+            render_time_seconds: rendering.seconds as f32,
+            seed: slot.seed,
+            extra: BTreeMap::new(),
+        };
+        let window = Window::full(e.width as usize, e.height as usize);
+        let path = picture_path(self.folder, self.plan, slot.scene, slot.method);
+        exr::write(&path, &window, vec![Layer::color("", &e.mean), Layer::color("variance", &e.variance)], &metadata)
+    }
+}
+
+impl Studio for Atelier<'_> {
+    fn prepare(&mut self, scene: usize, store: &mut Store) -> Result<bool> {
+        let entry = &self.plan.scenes[scene];
+        let name = entry.name();
+        if let Some(known) = store.reference(&name) {
+            self.reference = Some(reference::read(Path::new(&known.path), self.stage.plain(scene).0)?);
+            return Ok(true);
+        }
+        if let Some(path) = &entry.reference {
+            return self.take(scene, path, store);
+        }
+        let folder = self.folder.join("references");
+        std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+        let (loaded, description) = self.stage.plain(scene);
+        self.make(scene, &reference::path(&folder, &file_stem(&name), loaded, description), store)
+    }
+
+    fn run(&mut self, slot: &Slot) -> Result<Option<Run>> {
+        let (plan, stage) = (self.plan, self.stage);
+        let (scene, description) = stage.with_method(slot.scene, slot.method);
+        let budget = plan.budgets[slot.budget];
+        let (scene_name, budget_name) = (plan.scenes[slot.scene].name(), budget.name());
+        let method = &plan.methods[slot.method].name;
+        let mut settings = settings(description);
+        settings.render.seed = slot.seed;
+        limit(&mut settings, budget);
+        let known = memory::reset_peak();
+        let event = |progress| Event::Run { scene: &scene_name, method, budget: &budget_name, progress };
+        let Some(rendering) = self.render(scene, &settings, event) else { return Ok(None) };
+        let peak_bytes = known.then(memory::peak).flatten();
+        if slot.budget == plan.budgets.len() - 1 {
+            self.write_picture(slot, &rendering)?;
+        }
+        let Some(reference) = &self.reference else {
+            return Err(Error::Scene(format!("{scene_name}: there is no reference to compare with")));
+        };
+        let mut run = measured(&rendering, reference, description.film.exposure)?;
+        (run.scene, run.method, run.budget) = (scene_name, method.clone(), budget_name);
+        (run.seed, run.peak_bytes) = (slot.seed, peak_bytes);
+        Ok(Some(run))
+    }
+}
+
+/// Where the last picture of a method at the largest budget is kept.
+pub fn picture_path(folder: &Path, plan: &Plan, scene: usize, method: usize) -> PathBuf {
+    let (scene, method) = (plan.scenes[scene].name(), &plan.methods[method].name);
+    folder.join("images").join(format!("{}_{}.exr", file_stem(&scene), file_stem(method)))
+}
+
+/// Blocks of the references of all scenes that have one with its variance.
+///
+/// # Errors
+/// A reference that can no longer be read.
+pub fn reference_blocks(plan: &Plan, stage: &Stage, store: &Store) -> Result<BTreeMap<String, ReferenceBlocks>> {
+    let mut all = BTreeMap::new();
+    for (index, entry) in plan.scenes.iter().enumerate() {
+        let Some(known) = store.reference(&entry.name()) else { continue };
+        let reference = reference::read(Path::new(&known.path), stage.plain(index).0)?;
+        all.extend(reference.blocks().map(|blocks| (entry.name(), blocks)));
+    }
+    Ok(all)
+}
+
+fn limit(settings: &mut Settings, budget: Budget) {
+    (settings.render.spp, settings.render.time) = match budget {
+        Budget::Seconds(seconds) => (i32::MAX as u32, Some(seconds)),
+        Budget::Samples(spp) => (spp, None),
+    };
+}
+
+fn picture(rendering: &Rendering) -> Image {
+    let e = &rendering.estimate;
+    Image { width: e.width as usize, height: e.height as usize, data: e.mean.clone() }
+}
+
+/// The figures of a render; which run it was is not among them.
+fn measured(rendering: &Rendering, reference: &Reference, exposure: f32) -> Result<Run> {
+    let image = picture(rendering);
+    let mut total = Counters::default();
+    rendering.iterations.iter().for_each(|i| total.add(&i.counters));
+    Ok(Run {
+        scene: String::new(),
+        method: String::new(),
+        budget: String::new(),
+        seed: 0,
+        samples: rendering.samples,
+        seconds: rendering.seconds,
+        learn_seconds: rendering.iterations.iter().map(|i| i.learn_seconds).sum(),
+        film_seconds: rendering.film_seconds,
+        errors: measure::errors(&image, reference, exposure)?,
+        mean: measure::mean(&image),
+        non_finite: total.non_finite,
+        rays: total.rays,
+        shadow_rays: total.shadow_rays,
+        paths: total.paths,
+        mean_path_length: ratio(total.rays, total.paths),
+        zero_share: ratio(total.zero_contribution, total.paths),
+        guide_bytes: rendering.guide.as_ref().map_or(0, |g| g.bytes() as u64),
+        guide_states: rendering.guide.as_ref().map_or(0, |g| g.states() as u64),
+        peak_bytes: None,
+        iterations: rendering.iterations.iter().map(iteration).collect(),
+        blocks: blocks(&image),
+    })
+}
+
+fn iteration(report: &IterationReport) -> Iteration {
+    let c = &report.counters;
+    Iteration {
+        samples: report.samples,
+        seconds: report.seconds,
+        learn_seconds: report.learn_seconds,
+        mean_path_length: ratio(c.rays, c.paths),
+        zero_share: ratio(c.zero_contribution, c.paths),
+        guide_hit_share: ratio(c.guide_hits, c.guide_queries),
+    }
+}
+
+fn ratio(a: u64, b: u64) -> f64 {
+    if b == 0 { 0.0 } else { a as f64 / b as f64 }
+}
