@@ -164,7 +164,7 @@ fn carry_on(a: &CompareArguments, plan: &Plan, stage: &Stage, store: &mut Store,
 /// Writes and prints what there is.
 fn finish(arguments: &CompareArguments, plan: &Plan, stage: &Stage, store: &Store) -> Result<()> {
     let folder = &arguments.output;
-    let cells = cells(plan, store, &reference_blocks(plan, stage, store)?);
+    let cells = cells(plan, store, &reference_blocks(plan, stage, store, folder)?);
     if cells.is_empty() {
         return Ok(());
     }

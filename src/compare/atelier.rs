@@ -1,9 +1,11 @@
 //! The studio that really renders.
 
+mod references;
+
 use super::measure::{self, Reference, blocks};
 use super::plan::{Budget, Plan, file_stem};
 use super::record::{Iteration, Run};
-use super::reference::{self, Growing, Growth};
+use super::reference;
 use super::schedule::{Slot, Studio};
 use super::stage::{Stage, settings};
 use super::store::Store;
@@ -16,17 +18,6 @@ use crate::scene::Scene;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// Seeds of pilot runs, far from those of all others.
-const PILOT_SEEDS: u64 = 1 << 61;
-
-/// Share of the largest budget that a pilot run takes, and its samples per pixel at least: fewer say little of the noise.
-const PILOT_SHARE: f64 = 0.125;
-const PILOT_SAMPLES: u32 = 8;
-
-/// A guide has learnt more at the end of the budget than in a pilot run: errors may fall this much below what
-/// that promises.
-const LEARNT: f64 = 0.5;
 
 /// What it does, for those who wait; told so again and again, and asked whether to go on.
 pub enum Event<'a> {
@@ -73,34 +64,6 @@ impl<'a> Atelier<'a> {
         Atelier { plan, stage, folder, allow_noisy, reference: None, listener }
     }
 
-    /// The smallest relMSE to be expected at the largest budget, by short runs of all methods and the variance of their
-    /// own samples; `None` where it was told to stop.
-    fn smallest_error(&mut self, scene: usize) -> Result<Option<f64>> {
-        let (plan, stage) = (self.plan, self.stage);
-        let name = plan.scenes[scene].name();
-        let mut smallest = f64::INFINITY;
-        for (index, method) in plan.methods.iter().enumerate() {
-            let (loaded, description) = stage.with_method(scene, index);
-            let largest = plan.budgets[plan.budgets.len() - 1];
-            let mut settings = settings(description);
-            settings.render.seed = PILOT_SEEDS + index as u64;
-            let budget = match largest {
-                Budget::Seconds(seconds) => Budget::Seconds(seconds * PILOT_SHARE),
-                Budget::Samples(spp) => Budget::Samples(((f64::from(spp) * PILOT_SHARE) as u32).max(PILOT_SAMPLES)),
-            };
-            limit(&mut settings, budget);
-            let event = |progress| Event::Pilot { scene: &name, method: &method.name, progress };
-            let Some(rendering) = self.render(loaded, &settings, event) else { return Ok(None) };
-            let image = picture(&rendering);
-            let share = match largest {
-                Budget::Seconds(seconds) => rendering.seconds / seconds,
-                Budget::Samples(spp) => f64::from(rendering.samples) / f64::from(spp),
-            };
-            smallest = smallest.min(LEARNT * share * measure::relative_noise(&image, &rendering.estimate.variance));
-        }
-        Ok(Some(smallest))
-    }
-
     /// Renders; `None` where it was told to stop.
     fn render<'e>(
         &mut self,
@@ -116,57 +79,7 @@ impl<'a> Atelier<'a> {
         go_on.then_some(rendering)
     }
 
-    /// Makes a scene's reference, or makes the one that is there better; `false` where it was told to stop.
-    fn make(&mut self, scene: usize, path: &Path, store: &mut Store) -> Result<bool> {
-        let Some(smallest) = self.smallest_error(scene)? else { return Ok(false) };
-        let (name, wanted) = (self.plan.scenes[scene].name(), self.plan.reference_noise * smallest);
-        let (loaded, description) = self.stage.plain(scene);
-        let found = Growing::find(path, loaded)?;
-        let mut go_on = true;
-        let mut observer = |progress: &Progress| {
-            go_on = (self.listener)(Event::Reference { scene: &name, wanted, progress: *progress });
-            go_on
-        };
-        let growth = Growth { wanted, time: self.plan.reference_time, observer: &mut observer };
-        let Some(grown) = Growing::grow(found, loaded, description, growth) else { return Ok(false) };
-        grown.write(path, loaded)?;
-        if !go_on {
-            return Ok(false);
-        }
-        if grown.noise() > wanted && !self.allow_noisy {
-            return Err(self.too_noisy(&name, grown.noise(), wanted, Some(grown.seconds_for(wanted))));
-        }
-        store.add_reference(&name, &grown.record(path))?;
-        self.reference = Some(grown.into_reference());
-        Ok(true)
-    }
-
-    /// Takes a file as reference; `false` where it was told to stop.
-    fn take(&mut self, scene: usize, path: &Path, store: &mut Store) -> Result<bool> {
-        let reference = reference::read(path, self.stage.plain(scene).0)?;
-        let name = self.plan.scenes[scene].name();
-        if let Some(noise) = reference.noise().filter(|_| !self.allow_noisy) {
-            let Some(smallest) = self.smallest_error(scene)? else { return Ok(false) };
-            let wanted = self.plan.reference_noise * smallest;
-            if noise > wanted {
-                return Err(self.too_noisy(&name, noise, wanted, None));
-            }
-        }
-        store.add_reference(&name, &reference::record_of_file(path, &reference))?;
-        self.reference = Some(reference);
-        Ok(true)
-    }
-
-    fn too_noisy(&self, name: &str, noise: f64, wanted: f64, seconds: Option<f64>) -> Error {
-        let share = self.plan.reference_noise;
-        let more = seconds.map_or(String::new(), |s| format!(" --reference-time {:.0} or so,", s.ceil()));
-        Error::Scene(format!(
-            "{name}: the reference has a relMSE of {noise:.2e} of its own, and {share} of the smallest error that is \
-             expected are {wanted:.2e}: ask for{more} a larger --reference-noise or --allow-noisy-reference"
-        ))
-    }
-
-    /// Where the picture of a scene's method is kept.
+    /// Keeps the picture of a scene's method in place of the last.
     fn write_picture(&self, slot: &Slot, rendering: &Rendering) -> Result<()> {
         let folder = self.folder.join("images");
         std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
@@ -189,7 +102,7 @@ impl Studio for Atelier<'_> {
         let entry = &self.plan.scenes[scene];
         let name = entry.name();
         if let Some(known) = store.reference(&name) {
-            self.reference = Some(reference::read(Path::new(&known.path), self.stage.plain(scene).0)?);
+            self.reference = Some(reference::read(&known.file(self.folder), self.stage.plain(scene).0)?);
             return Ok(true);
         }
         if let Some(path) = &entry.reference {
@@ -198,7 +111,8 @@ impl Studio for Atelier<'_> {
         let folder = self.folder.join("references");
         std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
         let (loaded, description) = self.stage.plain(scene);
-        self.make(scene, &reference::path(&folder, &file_stem(&name), loaded, description), store)
+        let file = reference::file_name(&file_stem(&name), loaded, description);
+        self.make(scene, &Path::new("references").join(file), store)
     }
 
     fn run(&mut self, slot: &Slot) -> Result<Option<Run>> {
@@ -237,11 +151,16 @@ pub fn picture_path(folder: &Path, plan: &Plan, scene: usize, method: usize) -> 
 ///
 /// # Errors
 /// A reference that can no longer be read.
-pub fn reference_blocks(plan: &Plan, stage: &Stage, store: &Store) -> Result<BTreeMap<String, ReferenceBlocks>> {
+pub fn reference_blocks(
+    plan: &Plan,
+    stage: &Stage,
+    store: &Store,
+    folder: &Path,
+) -> Result<BTreeMap<String, ReferenceBlocks>> {
     let mut all = BTreeMap::new();
     for (index, entry) in plan.scenes.iter().enumerate() {
         let Some(known) = store.reference(&entry.name()) else { continue };
-        let reference = reference::read(Path::new(&known.path), stage.plain(index).0)?;
+        let reference = reference::read(&known.file(folder), stage.plain(index).0)?;
         all.extend(reference.blocks().map(|blocks| (entry.name(), blocks)));
     }
     Ok(all)

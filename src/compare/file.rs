@@ -31,6 +31,13 @@ pub fn parse(text: &str, path: &Path) -> Result<Draft> {
     tree::from_toml(text, &At::Text).and_then(read).map_err(|fault| source.error(fault))
 }
 
+/// Methods by name, and their names in the file's order.
+#[derive(Default)]
+struct Methods {
+    defined: BTreeMap<String, Vec<Override>>,
+    order: Vec<String>,
+}
+
 struct File<'a> {
     source: &'a Source<'a>,
 }
@@ -47,7 +54,7 @@ impl File<'_> {
         draft.budgets = budgets(&mut t)?;
         draft.overrides = t.take("set").map_or(Ok(vec![]), |n| self.overrides("set", n))?;
         draft.methods = t.take("compare").map_or(Ok(vec![]), |n| strings("compare", n))?;
-        let (defined, order) = t.take("methods").map_or(Ok(Default::default()), |n| self.methods(n))?;
+        let Methods { defined, order } = t.take("methods").map_or(Ok(Methods::default()), |n| self.methods(n))?;
         if draft.methods.is_empty() {
             draft.methods = order;
         }
@@ -72,8 +79,8 @@ impl File<'_> {
         Ok(scene)
     }
 
-    /// Methods by name, and their names in the file's order. An empty table is the built-in method of that name.
-    fn methods(&self, node: Node) -> Result<(BTreeMap<String, Vec<Override>>, Vec<String>), Fault> {
+    /// An empty table is the built-in method of that name.
+    fn methods(&self, node: Node) -> Result<Methods, Fault> {
         let (mut defined, mut order) = (BTreeMap::new(), Vec::new());
         for (name, entry) in in_order(Reader::new("[methods]", node)?.into_entries()) {
             let overrides = self.overrides(&format!("methods.{name}"), entry.node)?;
@@ -82,7 +89,7 @@ impl File<'_> {
                 defined.insert(name, overrides);
             }
         }
-        Ok((defined, order))
+        Ok(Methods { defined, order })
     }
 
     /// `"guiding.method" = "grid"`, or the same with the dot outside of quotes.
@@ -96,8 +103,8 @@ impl File<'_> {
 
     fn flatten(&self, key: String, entry: Entry, all: &mut Vec<Override>) -> Result<(), Fault> {
         if let Value::Table(entries) = entry.node.value {
-            let inner = in_order(entries).into_iter();
-            return inner.map(|(k, e)| self.flatten(format!("{key}.{}", quoted(&k)), e, all)).collect();
+            let mut inner = in_order(entries).into_iter();
+            return inner.try_for_each(|(k, e)| self.flatten(format!("{key}.{}", quoted(&k)), e, all));
         }
         let value = to_toml(&key, &entry.node)?.to_string();
         all.push(Override { key, value, origin: self.origin(entry.key) });

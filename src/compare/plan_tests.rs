@@ -76,9 +76,9 @@ fn faults_are_named_with_their_place() {
 #[test]
 fn wrong_settings_of_a_method_are_named_with_their_place_in_the_file() {
     for (wrong, wanted) in [
-        ("guiding.resolutoin = 4", "22:1: unknown key `resolutoin` in [guiding]: did you mean `resolution`?"),
-        ("\n  \"guiding.strata\" = 0", "23:3: `strata` must be between 1 and 256, found 0"),
-        ("integrator.mis = 'no'", "22:1: `mis` must be true or false, found a string"),
+        ("guiding.resolutoin = 4", "21:9: unknown key `resolutoin` in [guiding]: did you mean `resolution`?"),
+        ("\n  \"guiding.strata\" = 0", "22:3: `strata` must be between 1 and 256, found 0"),
+        ("integrator.mis = 'no'", "21:12: `mis` must be true or false, found a string"),
     ] {
         let plan = draft(&format!("{FILE}\n{wrong}\n")).unwrap().finish().unwrap();
         let message = plan.describe(&plan.scenes[0], Some(&plan.methods[1])).unwrap_err().to_string();
@@ -93,7 +93,8 @@ fn wrong_settings_of_a_method_are_named_with_their_place_in_the_file() {
 
 #[test]
 fn what_does_not_go_together_is_refused() {
-    let cases: [(fn(&mut Draft), &str); 6] = [
+    type Spoil = fn(&mut Draft);
+    let cases: [(Spoil, &str); 6] = [
         (|d| d.scenes.clear(), "no scene"),
         (|d| d.methods.clear(), "no method"),
         (|d| d.methods.push("sdtee".into()), "unknown method `sdtee`: did you mean `sdtree`?"),
@@ -120,4 +121,16 @@ fn runs_take_turns_and_have_seeds_of_their_own() {
     assert_eq!(seeds.len(), slots.len());
     let longer = order(&Plan { runs: 5, ..plan });
     assert_eq!(longer[..12], slots[..], "more runs go on where fewer ended");
+}
+
+#[test]
+fn the_example_of_the_documentation_is_read() {
+    let page = include_str!("../../docs/compare.md");
+    let example = page.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let plan = draft(example).unwrap().finish().unwrap();
+    let names: Vec<&str> = plan.methods.iter().map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["none", "coarse", "fine", "sdtree"]);
+    let (scene, _) = plan.describe(&plan.scenes[0], Some(&plan.methods[2])).unwrap();
+    assert_eq!((scene.guiding.resolution, scene.guiding.memory, scene.film.width), (64, 64 << 20, 320));
+    assert_eq!(plan.budgets.last(), Some(&Budget::Seconds(20.0)));
 }

@@ -1,6 +1,7 @@
 //! What is known of a run, and of a reference: the lines of runs.jsonl.
 
 use serde::{Deserialize, Deserializer, Serialize};
+use std::path::{Path, PathBuf};
 
 /// One run: one scene, method, budget and seed. Errors are against the scene's reference, whose own noise is taken off
 /// where it is known. A measure that is not finite is NaN, written as null.
@@ -74,12 +75,23 @@ pub struct Iteration {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceRecord {
     pub source: Source,
+    /// Of one that was made, within the comparison's folder.
     pub path: String,
     /// Samples per pixel, where it was made.
     pub samples: Option<u32>,
     pub seconds: Option<f64>,
     /// relMSE of its own, where its variance is known.
     pub relmse_noise: Option<f64>,
+}
+
+impl ReferenceRecord {
+    /// Where the picture is, of a comparison whose folder is `folder`.
+    pub fn file(&self, folder: &Path) -> PathBuf {
+        match self.source {
+            Source::File => PathBuf::from(&self.path),
+            Source::Made => folder.join(&self.path),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

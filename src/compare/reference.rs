@@ -13,7 +13,7 @@ use crate::{Error, Result};
 use rustc_hash::FxHasher;
 use std::collections::BTreeMap;
 use std::hash::Hasher;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Samples per pixel that a reference begins with.
 const FIRST: u32 = 16;
@@ -40,11 +40,11 @@ pub struct Growth<'a> {
     pub observer: &'a mut dyn FnMut(&Progress) -> bool,
 }
 
-/// Where the reference of a scene is kept: its name, and a hash of all that decides what it shows.
-pub fn path(folder: &Path, name: &str, scene: &Scene, description: &SceneDescription) -> PathBuf {
+/// Of the reference of a scene: its name, and a hash of all that decides what it shows.
+pub fn file_name(name: &str, scene: &Scene, description: &SceneDescription) -> String {
     let mut hasher = FxHasher::default();
     hasher.write(format!("{} {:?}", scene.hash_text(), description.integrator).as_bytes());
-    folder.join(format!("{name}-{:016x}.exr", hasher.finish()))
+    format!("{name}-{:016x}.exr", hasher.finish())
 }
 
 /// Reads a reference; its variance where the file has layers `variance.R`, `.G`, `.B`.
@@ -161,10 +161,11 @@ impl Growing {
         self.seconds * self.noise() / wanted
     }
 
-    pub fn record(&self, path: &Path) -> ReferenceRecord {
+    /// What is known of it; `file` is its place within the folder of the comparison.
+    pub fn record(&self, file: &Path) -> ReferenceRecord {
         ReferenceRecord {
             source: Source::Made,
-            path: path.display().to_string(),
+            path: file.display().to_string(),
             samples: Some(self.samples),
             seconds: Some(self.seconds),
             relmse_noise: Some(self.noise()),

@@ -100,13 +100,13 @@ impl Results {
     pub fn add_pictures(&mut self, plan: &Plan, store: &Store, folder: &Path) -> Result<()> {
         for (index, entry) in plan.scenes.iter().enumerate() {
             if let Some(known) = store.reference(&entry.name()) {
-                self.add_picture(&entry.name(), "reference", None, Path::new(&known.path))?;
+                self.add_picture(&entry.name(), "reference", None, &known.file(folder))?;
             }
             for method in 0..plan.methods.len() {
                 let path = picture_path(folder, plan, index, method);
                 let of_this = order(plan).into_iter().filter(|s| s.scene == index && s.method == method);
                 let largest = of_this.filter(|s| s.budget == plan.budgets.len() - 1);
-                let last = largest.filter_map(|slot| store.find(plan, &slot)).last();
+                let last = largest.filter_map(|slot| store.find(plan, &slot)).next_back();
                 if let Some(run) = last.filter(|_| path.exists()) {
                     self.add_picture(&run.scene, &run.method, Some(run), &path)?;
                 }

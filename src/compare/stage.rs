@@ -1,10 +1,10 @@
 //! The scenes of a comparison, loaded once, and what each method makes of them.
 
-use super::plan::Plan;
+use super::plan::{Budget, Plan};
 use super::store::plan_hash;
 use crate::render::Settings;
 use crate::scene::Scene;
-use crate::scene::description::{GuidingSettings, IntegratorSettings, RenderSettings, SceneDescription};
+use crate::scene::description::{GuidingSettings, IntegratorSettings, Order, RenderSettings, SceneDescription};
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
 
@@ -37,6 +37,7 @@ impl Stage {
             let of_method = |method| Ok(plan.describe(entry, Some(method))?.0);
             let methods: Vec<SceneDescription> = plan.methods.iter().map(of_method).collect::<Result<_>>()?;
             check_sizes(plan, &plain, &methods)?;
+            check_orders(plan, &methods)?;
             described.push((plain, methods));
         }
         let mut loader = Loader { threads, scenes: Vec::new(), known: FxHashMap::default(), warnings };
@@ -96,6 +97,18 @@ fn check_sizes(plan: &Plan, plain: &SceneDescription, methods: &[SceneDescriptio
     }
 }
 
+/// A render block by block has all samples of a block before the next: it cannot be told to end by the clock.
+fn check_orders(plan: &Plan, methods: &[SceneDescription]) -> Result<()> {
+    let timed = plan.budgets.iter().any(|b| matches!(b, Budget::Seconds(_)));
+    match methods.iter().position(|m| timed && m.render.order == Order::Blocks) {
+        None => Ok(()),
+        Some(index) => Err(Error::Scene(format!(
+            "the method `{}` has render.order = \"blocks\", which needs budgets of samples (--spp)",
+            plan.methods[index].name
+        ))),
+    }
+}
+
 struct Loader {
     threads: usize,
     scenes: Vec<Scene>,
@@ -129,7 +142,7 @@ impl Loader {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::plan::{Budget, Draft, parse_set, plain_scene};
+    use crate::compare::plan::{Draft, parse_set, plain_scene};
     use std::path::Path;
 
     fn plan(methods: &[&str], set: &[&str]) -> Plan {
@@ -167,8 +180,13 @@ mod tests {
     }
 
     #[test]
-    fn a_method_cannot_change_the_size() {
+    fn methods_that_cannot_be_compared_are_refused() {
         let error = Stage::load(&plan(&["none", "sweep:film.width=32"], &[]), 1).err().unwrap().to_string();
         assert!(error.contains("`width=32` changes the picture's size"), "{error}");
+        let blocks = ["none", "sweep:guiding.method=none;render.order=blocks"];
+        let timed = Plan { budgets: vec![Budget::Seconds(1.0)], ..plan(&blocks, &[]) };
+        let error = Stage::load(&timed, 1).err().unwrap().to_string();
+        assert!(error.contains("needs budgets of samples"), "{error}");
+        assert!(Stage::load(&plan(&blocks, &[]), 1).is_ok());
     }
 }

@@ -43,7 +43,7 @@ fn method(combination: &[(&str, &str)], varying: &[&str]) -> Method {
     let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_string();
     let short = |key: &str| {
         let alike = varying.iter().filter(|other| last(other) == last(key)).count();
-        if alike == 1 { last(key) } else { key.to_string() }
+        if alike <= 1 { last(key) } else { key.to_string() }
     };
     let named = combination.iter().filter(|(key, _)| varying.is_empty() || varying.contains(key));
     let name: Vec<String> = named.map(|(key, value)| format!("{}={value}", short(key))).collect();

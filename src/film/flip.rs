@@ -60,8 +60,8 @@ struct Shown {
 impl Shown {
     fn new(image: &Image, exposure: f32) -> Shown {
         let gain = exposure.exp2();
-        // max before min: NaN becomes 0
-        let shown = |pixel: &Vec3| to_opponent(pixel.map(|x| (x * gain).max(0.0).min(1.0)));
+        let seen = |x: f32| if x > 0.0 { (x * gain).min(1.0) } else { 0.0 };
+        let shown = |pixel: &Vec3| to_opponent(pixel.map(seen));
         let opponent: Vec<Vec3> = image.data.par_iter().map(shown).collect();
         let achromatic: Vec<f32> = opponent.iter().map(|c| (c.x + 16.0) / 116.0).collect();
         let size = Size { width: image.width, height: image.height };
@@ -223,7 +223,7 @@ mod tests {
                 0 => (5 * x + 3 * y) % 256,
                 1 => (7 * y + 2 * x) % 256,
                 _ => {
-                    if (x / 8 + y / 8) % 2 == 0 {
+                    if (x / 8 + y / 8).is_multiple_of(2) {
                         200
                     } else {
                         40
@@ -232,7 +232,7 @@ mod tests {
             };
             let moved = match variant {
                 1 => base / 2 + 30,
-                2 if (x * 31 + y * 17) % 23 == 0 => 255 - base,
+                2 if (x * 31 + y * 17).is_multiple_of(23) => 255 - base,
                 3 => {
                     if k == 2 {
                         255 - base

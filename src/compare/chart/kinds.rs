@@ -89,14 +89,14 @@ impl<'a> View<'a> {
         let largest = all.iter().map(|c| c[2]).fold(1.0, f64::max);
         let point = |c: &Cell| {
             let own = costs(c)?;
-            let radius = 3.5 + 11.0 * (own[2] / largest).sqrt();
+            let radius = 3.5 + 8.0 * (own[2] / largest).sqrt();
             let hollow = all.iter().any(|other| dominates(other, &own));
             Some(Point { radius, hollow, ..Point::new(own[1], own[0], None) })
         };
         let series = self.series(point, false);
         let mib = largest / 1048576.0;
         let note = format!(
-            "Filled: on the Pareto front of all three; area of discs: the guide's memory, the largest {mib:.2} MiB"
+            "Filled: on the Pareto front of all three; size of discs: the guide's memory, the largest {mib:.2} MiB"
         );
         Box::new(move |title| {
             plot(&Labels { title, note: &note, x: "Render time [s], learning included", y: ERROR }, &series, true)
