@@ -107,8 +107,10 @@ pub fn run(arguments: &CompareArguments) -> Result<ExitCode> {
     let stop = stop_flag()?;
     let outcome = carry_on(arguments, &plan, &stage, &mut store, &stop);
     // Whatever ended it: what was measured is not lost.
-    finish(arguments, &plan, &stage, &store)?;
-    Ok(if outcome? { ExitCode::SUCCESS } else { ExitCode::from(130) })
+    let finished = finish(arguments, &plan, &stage, &store);
+    let whole = outcome?;
+    finished?;
+    Ok(if whole { ExitCode::SUCCESS } else { ExitCode::from(130) })
 }
 
 /// What file and flags say; flags have the last word.

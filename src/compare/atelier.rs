@@ -43,6 +43,7 @@ pub enum Event<'a> {
 
 pub type Listener<'a> = &'a mut dyn FnMut(Event) -> bool;
 
+/// Renders and measures the runs of a plan.
 pub struct Atelier<'a> {
     plan: &'a Plan,
     stage: &'a Stage,

@@ -147,7 +147,7 @@ impl Draft {
             seed: self.seed.unwrap_or(0),
             reference_noise: self.reference_noise.unwrap_or(0.05),
             reference_time: self.reference_time.unwrap_or(600.0),
-            scenes: self.scenes,
+            scenes: self.scenes.into_iter().map(|s| SceneEntry { name: Some(s.name()), ..s }).collect(),
             overrides: self.overrides,
             methods,
             baseline,

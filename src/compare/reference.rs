@@ -30,13 +30,13 @@ pub struct Growing {
     seconds: f64,
 }
 
-/// How a reference is coming on; returns whether to go on.
+/// How far a reference is to grow.
 pub struct Growth<'a> {
     /// relMSE of its own that is good enough.
     pub wanted: f64,
     /// Seconds that it may take in all.
     pub time: f64,
-    /// Asked in the middle of rendering.
+    /// Asked in the middle of rendering whether to go on.
     pub observer: &'a mut dyn FnMut(&Progress) -> bool,
 }
 
