@@ -25,7 +25,7 @@ impl Atelier<'_> {
     /// Makes a scene's reference, or makes the one that is there better; `false` where it was told to stop. `file` is its
     /// place within the folder of the comparison.
     pub(super) fn make(&mut self, scene: usize, file: &Path, store: &mut Store) -> Result<bool> {
-        let Some(smallest) = self.smallest_error(scene)? else { return Ok(false) };
+        let Some(smallest) = self.smallest_error(scene) else { return Ok(false) };
         let (name, wanted) = (self.plan.scenes[scene].name(), self.plan.reference_noise * smallest);
         let (loaded, description) = self.stage.plain(scene);
         let path = self.folder.join(file);
@@ -54,7 +54,7 @@ impl Atelier<'_> {
         let reference = reference::read(path, self.stage.plain(scene).0)?;
         let name = self.plan.scenes[scene].name();
         if let Some(noise) = reference.noise().filter(|_| !self.allow_noisy) {
-            let Some(smallest) = self.smallest_error(scene)? else { return Ok(false) };
+            let Some(smallest) = self.smallest_error(scene) else { return Ok(false) };
             let wanted = self.plan.reference_noise * smallest;
             if noise > wanted {
                 return Err(self.too_noisy(&name, noise, wanted, None));
@@ -75,31 +75,40 @@ impl Atelier<'_> {
     }
 
     /// The smallest relMSE to be expected at the largest budget, by short runs of all methods and the variance of their
-    /// own samples; `None` where it was told to stop.
-    fn smallest_error(&mut self, scene: usize) -> Result<Option<f64>> {
-        let (plan, stage) = (self.plan, self.stage);
-        let name = plan.scenes[scene].name();
+    /// own samples; `None` where it was told to stop. A method whose few samples were all alike says nothing; 0 if all do.
+    fn smallest_error(&mut self, scene: usize) -> Option<f64> {
         let mut smallest = f64::INFINITY;
-        for (index, method) in plan.methods.iter().enumerate() {
-            let (loaded, description) = stage.with_method(scene, index);
-            let largest = plan.budgets[plan.budgets.len() - 1];
-            let mut settings = settings(description);
-            settings.render.seed = PILOT_SEEDS + index as u64;
-            let budget = match largest {
-                Budget::Seconds(seconds) => Budget::Seconds(seconds * PILOT_SHARE),
-                Budget::Samples(spp) => Budget::Samples(((f64::from(spp) * PILOT_SHARE) as u32).max(PILOT_SAMPLES)),
-            };
-            limit(&mut settings, budget);
-            let event = |progress| Event::Pilot { scene: &name, method: &method.name, progress };
-            let Some(rendering) = self.render(loaded, &settings, event) else { return Ok(None) };
-            let share = match largest {
-                Budget::Seconds(seconds) => rendering.seconds / seconds,
-                Budget::Samples(spp) => f64::from(rendering.samples) / f64::from(spp),
-            };
-            let learnt = if rendering.guide.is_some() { LEARNT } else { 1.0 };
-            let noise = measure::relative_noise(&picture(&rendering), &rendering.estimate.variance);
-            smallest = smallest.min(learnt * share * noise);
+        for method in 0..self.plan.methods.len() {
+            let error = self.pilot(scene, method)?;
+            smallest = if error > 0.0 { smallest.min(error) } else { smallest };
         }
-        Ok(Some(smallest))
+        Some(if smallest.is_finite() { smallest } else { 0.0 })
+    }
+
+    /// What a short run promises for the largest budget.
+    fn pilot(&mut self, scene: usize, method: usize) -> Option<f64> {
+        let (plan, stage) = (self.plan, self.stage);
+        let (loaded, description) = stage.with_method(scene, method);
+        let largest = plan.budgets[plan.budgets.len() - 1];
+        let (name, of) = (plan.scenes[scene].name(), &plan.methods[method].name);
+        let event = |progress| Event::Pilot { scene: &name, method: of, progress };
+        let mut settings = settings(description);
+        settings.render.seed = PILOT_SEEDS + method as u64;
+        let short = match largest {
+            Budget::Seconds(seconds) => Budget::Seconds(seconds * PILOT_SHARE),
+            Budget::Samples(spp) => Budget::Samples(((f64::from(spp) * PILOT_SHARE) as u32).max(PILOT_SAMPLES)),
+        };
+        limit(&mut settings, short);
+        let mut rendering = self.render(loaded, &settings, event)?;
+        if rendering.samples < PILOT_SAMPLES {
+            limit(&mut settings, Budget::Samples(PILOT_SAMPLES));
+            rendering = self.render(loaded, &settings, event)?;
+        }
+        let share = match largest {
+            Budget::Seconds(seconds) => rendering.seconds / seconds,
+            Budget::Samples(spp) => f64::from(rendering.samples) / f64::from(spp),
+        };
+        let learnt = if rendering.guide.is_some() { LEARNT } else { 1.0 };
+        Some(learnt * share * measure::relative_noise(&picture(&rendering), &rendering.estimate.variance))
     }
 }

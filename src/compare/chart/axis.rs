@@ -30,6 +30,11 @@ impl Axis {
         ((map(value) - map(self.low)) / (map(self.high) - map(self.low))).clamp(0.0, 1.0)
     }
 
+    /// Whether the value lies between the ends.
+    pub fn shows(&self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+
     /// Numbers to mark, about four to eight of them, and how they are written.
     pub fn ticks(&self) -> Vec<(f64, String)> {
         let values = if self.logarithmic { self.powers() } else { self.steps() };
@@ -116,6 +121,7 @@ mod tests {
         assert!((axis.place(10.0) - 0.5).abs() < 1e-12);
         assert!(axis.place(1.0) > 0.0 && axis.place(100.0) < 1.0);
         assert_eq!((axis.place(-1.0), axis.place(1e9)), (0.0, 1.0));
+        assert!(axis.shows(1.0) && axis.shows(100.0) && !axis.shows(-1.0) && !axis.shows(1e9));
         assert_eq!(Axis::logarithmic([0.0, -1.0, f64::NAN].into_iter()), None);
         assert_eq!(Axis::linear([0.0].into_iter()).unwrap().place(0.0), 0.5);
     }

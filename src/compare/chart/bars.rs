@@ -88,7 +88,8 @@ impl Frame {
         let mut figures = format!("{} ×", short(value));
         if let Some((low, high)) = interval {
             svg.line((self.at(low), middle), (self.at(high), middle), INK, 1.5, "");
-            for end in [low, high] {
+            // without its end, a stroke goes on beyond the axis
+            for end in [low, high].into_iter().filter(|end| self.axis.shows(*end)) {
                 svg.line((self.at(end), middle - 4.0), (self.at(end), middle + 4.0), INK, 1.5, "");
             }
             figures += &format!("  [{}, {}]", short(low), short(high));

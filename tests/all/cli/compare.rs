@@ -74,7 +74,9 @@ fn check_cells(results: &Value) {
         // the false alarm of each of four honest cells is 1 in 10 000 here
         assert!((1e-4..=1.0).contains(&p), "{cell}");
         let guided = cell["method"] == "grid";
-        assert_eq!(cell["guide_bytes"]["mean"].as_f64().unwrap() > 0.0, guided);
+        // nothing is learnt from two samples: the second is of the last iteration
+        let learnt = guided && cell["budget"] == "4 spp";
+        assert_eq!(cell["guide_bytes"]["mean"].as_f64().unwrap() > 0.0, learnt, "{cell}");
         assert_eq!(cell["ratio"]["value"] == 1.0, !guided, "{cell}");
     }
     let run = &results["runs"][1];
