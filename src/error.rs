@@ -15,6 +15,9 @@ pub enum Error {
     /// A file is readable but what it holds cannot be used (an image, a binary format).
     #[error("{}: {message}", path.display())]
     File { path: PathBuf, message: String },
+    /// One of the `key=value` that change a scene is wrong; `index` counts them from 0.
+    #[error("--set '{text}': {message}")]
+    Override { index: usize, text: String, message: String },
     /// A scene or a setting contradicts itself.
     #[error("{0}")]
     Scene(String),

@@ -4,6 +4,7 @@
 
 mod bench;
 mod choices;
+mod compare;
 mod error;
 mod generate;
 mod inspect;
@@ -39,6 +40,8 @@ enum Command {
     Bench(bench::BenchArguments),
     /// Show what the guide knows of the place behind a pixel, and how large it is.
     Inspect(inspect::InspectArguments),
+    /// Compare methods: error against time, with intervals, over several runs.
+    Compare(Box<compare::CompareArguments>),
     /// Render the pictures of Tan's paper on the project's own scenes, with a table of what they cost.
     Paper(paper::PaperArguments),
     /// Write the project's own scenes.
@@ -52,6 +55,7 @@ pub fn run() -> ExitCode {
         Command::Error(arguments) => error::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
     };

@@ -44,7 +44,7 @@ pub fn compare(image: &Image, reference: &Image) -> Result<Errors> {
     })
 }
 
-fn check_sizes(image: &Image, reference: &Image) -> Result<()> {
+pub(super) fn check_sizes(image: &Image, reference: &Image) -> Result<()> {
     let (size, wanted) = ((image.width, image.height), (reference.width, reference.height));
     if size != wanted || image.data.len() != reference.data.len() {
         return Err(Error::Scene(format!(
@@ -56,6 +56,15 @@ fn check_sizes(image: &Image, reference: &Image) -> Result<()> {
         return Err(Error::Scene("empty pictures cannot be compared".to_owned()));
     }
     Ok(())
+}
+
+/// (x − r)² / (r² + 0.01) of each pixel, mean of its channels: what relMSE is the mean of.
+///
+/// # Errors
+/// As [`compare`].
+pub fn relative_squares(image: &Image, reference: &Image) -> Result<Vec<f64>> {
+    check_sizes(image, reference)?;
+    Ok(per_pixel(image, reference, relative_square).collect())
 }
 
 fn relative_square(x: f64, r: f64) -> f64 {

@@ -6,6 +6,7 @@ pub mod blur;
 pub mod compare;
 pub(crate) mod contain;
 pub mod exr;
+pub mod flip;
 mod group;
 pub mod image;
 pub mod png;

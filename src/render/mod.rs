@@ -65,7 +65,10 @@ pub struct Rendering {
     pub iterations: Vec<IterationReport>,
     /// All samples per pixel that were traced, those of discarded iterations too.
     pub samples: u32,
+    /// From the guide's making to the last sample, learning included.
     pub seconds: f64,
+    /// Seconds that it took to make one picture of the samples.
+    pub film_seconds: f64,
     pub guide: Option<Guide>,
     /// Whether the guide paid; `None` where that was not asked, or too little was rendered to tell.
     pub verdict: Option<Verdict>,
@@ -94,11 +97,13 @@ pub fn render_keeping(scene: &Scene, settings: &Settings, keeping: Keeping, obse
         Order::Progressive => driver.run(observer),
         Order::Blocks => driver.run_blocks(observer),
     }
+    let seconds = driver.start.elapsed().as_secs_f64();
     Rendering {
         estimate: driver.film.develop(),
         iterations: driver.iterations,
         samples: driver.samples,
-        seconds: driver.start.elapsed().as_secs_f64(),
+        seconds,
+        film_seconds: driver.start.elapsed().as_secs_f64() - seconds,
         guide: driver.guide,
         verdict: driver.worth.and_then(|worth| worth.verdict()),
         learnt_paths: driver.learnt_paths,

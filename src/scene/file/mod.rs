@@ -7,12 +7,12 @@
 pub(super) mod json_tree;
 pub(super) mod materials;
 mod overrides;
-pub(super) mod reader;
+pub(crate) mod reader;
 pub(super) mod scattering;
 pub(super) mod settings;
-pub(super) mod suggest;
+pub(crate) mod suggest;
 mod textures;
-pub(super) mod tree;
+pub(crate) mod tree;
 pub(super) mod world;
 
 #[cfg(test)]
@@ -35,7 +35,7 @@ use tree::{At, Fault, Node};
 /// as of `--set`, over what the file says. Also returns warnings.
 ///
 /// # Errors
-/// [`Error::Parse`] with line and column for faults in the file, [`Error::Scene`] naming the override for faults in
+/// [`Error::Parse`] with line and column for faults in the file, [`Error::Override`] for faults in
 /// those, [`Error::Io`] and [`Error::File`] for a file that cannot be read or is of another kind.
 pub fn load(path: &Path, overrides: &[String]) -> Result<(SceneDescription, Vec<String>)> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
@@ -153,7 +153,7 @@ fn read_text(path: &Path) -> Result<String> {
 }
 
 /// What faults' places refer to.
-pub(super) struct Source<'a> {
+pub(crate) struct Source<'a> {
     pub path: &'a Path,
     pub text: &'a str,
     pub overrides: &'a [String],
@@ -173,14 +173,14 @@ impl Source<'_> {
             }
             At::Set(index) => {
                 let text = self.overrides.get(index).map_or("", String::as_str);
-                Error::Scene(format!("--set '{text}': {}", fault.message))
+                Error::Override { index, text: text.to_string(), message: fault.message }
             }
         }
     }
 }
 
 /// Both from 1; columns count characters.
-fn line_and_column(text: &[u8], offset: usize) -> (usize, usize) {
+pub(crate) fn line_and_column(text: &[u8], offset: usize) -> (usize, usize) {
     let before = &text[..offset.min(text.len())];
     let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
     let line = before.iter().filter(|b| **b == b'\n').count() + 1;

@@ -10,17 +10,17 @@ use std::path::{Path, PathBuf};
 
 /// What a number must satisfy once it is rounded to `f32`; that it is finite is always asked.
 #[derive(Clone, Copy)]
-pub(in crate::scene) struct Bounds {
+pub(crate) struct Bounds {
     holds: fn(f64) -> bool,
     text: &'static str,
 }
 
-pub(in crate::scene) const FINITE: Bounds = Bounds::new(|_| true, "finite");
-pub(in crate::scene) const UNIT: Bounds = Bounds::new(|x| (0.0..=1.0).contains(&x), "between 0 and 1");
-pub(in crate::scene) const POSITIVE: Bounds = Bounds::new(|x| x > 0.0, "greater than 0");
-pub(in crate::scene) const NOT_NEGATIVE: Bounds = Bounds::new(|x| x >= 0.0, "0 or more");
+pub(crate) const FINITE: Bounds = Bounds::new(|_| true, "finite");
+pub(crate) const UNIT: Bounds = Bounds::new(|x| (0.0..=1.0).contains(&x), "between 0 and 1");
+pub(crate) const POSITIVE: Bounds = Bounds::new(|x| x > 0.0, "greater than 0");
+pub(crate) const NOT_NEGATIVE: Bounds = Bounds::new(|x| x >= 0.0, "0 or more");
 /// Squares of coordinates, summed, stay within `f32` (and coordinates within what Embree accepts).
-pub(in crate::scene) const COORDINATE: Bounds = Bounds::new(|x| x.abs() <= 1e18, "between -1e18 and 1e18");
+pub(crate) const COORDINATE: Bounds = Bounds::new(|x| x.abs() <= 1e18, "between -1e18 and 1e18");
 
 impl Bounds {
     /// `text` goes on from "must be".
@@ -30,7 +30,7 @@ impl Bounds {
 }
 
 /// A table that is being read. Methods with a slot leave it as it is where the key is absent.
-pub(in crate::scene) struct Reader {
+pub(crate) struct Reader {
     label: String,
     at: At,
     entries: Entries,

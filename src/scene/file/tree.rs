@@ -6,7 +6,7 @@ use toml::de::{DeTable, DeValue};
 
 /// Where something is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(in crate::scene) enum At {
+pub(crate) enum At {
     /// Byte offset in the file.
     Text(usize),
     /// Index of the command line's override.
@@ -15,7 +15,7 @@ pub(in crate::scene) enum At {
 
 /// What is wrong, and where; [`super::Source::error`] makes a [`crate::Error`] of it.
 #[derive(Clone, Debug)]
-pub(in crate::scene) struct Fault {
+pub(crate) struct Fault {
     pub at: At,
     pub message: String,
 }
@@ -28,13 +28,13 @@ impl Fault {
 
 /// A value and its place.
 #[derive(Clone, Debug)]
-pub(in crate::scene) struct Node {
+pub(crate) struct Node {
     pub at: At,
     pub value: Value,
 }
 
 #[derive(Clone, Debug)]
-pub(in crate::scene) enum Value {
+pub(crate) enum Value {
     Null,
     Boolean(bool),
     Integer(i128),
@@ -46,11 +46,11 @@ pub(in crate::scene) enum Value {
 }
 
 /// What a table holds, by key.
-pub(in crate::scene) type Entries = BTreeMap<String, Entry>;
+pub(crate) type Entries = BTreeMap<String, Entry>;
 
 /// A key's place and what it is set to.
 #[derive(Clone, Debug)]
-pub(in crate::scene) struct Entry {
+pub(crate) struct Entry {
     pub key: At,
     pub node: Node,
 }
@@ -72,7 +72,7 @@ impl Value {
 }
 
 /// Parses a TOML document; `place` says where a byte offset of it lies.
-pub(in crate::scene) fn from_toml(text: &str, place: &dyn Fn(usize) -> At) -> Result<Node, Fault> {
+pub(crate) fn from_toml(text: &str, place: &dyn Fn(usize) -> At) -> Result<Node, Fault> {
     let root = DeTable::parse(text).map_err(|e| {
         let offset = e.span().map_or(text.len(), |s| s.start);
         Fault::new(place(offset), e.message())

@@ -1,6 +1,7 @@
 //! The program as its users meet it: arguments, exit codes, what is printed where, and the files that are left.
 
 mod commands;
+mod compare;
 mod faults;
 mod guides;
 mod paper;

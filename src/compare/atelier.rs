@@ -1,0 +1,226 @@
+//! The studio that really renders.
+
+mod references;
+
+use super::measure::{self, Reference, blocks};
+use super::plan::{Budget, Plan, file_stem};
+use super::record::{Iteration, Run};
+use super::reference;
+use super::schedule::{Slot, Studio};
+use super::stage::{Stage, settings};
+use super::store::Store;
+use super::{bias::ReferenceBlocks, memory};
+use crate::film::exr::{self, Metadata, Window};
+use crate::film::image::{Image, Layer};
+use crate::integrator::Counters;
+use crate::render::{self, IterationReport, Progress, Rendering, Settings};
+use crate::scene::Scene;
+use crate::{Error, Result};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// What it does, for those who wait; told so again and again, and asked whether to go on.
+pub enum Event<'a> {
+    /// A pilot run of a method.
+    Pilot {
+        scene: &'a str,
+        method: &'a str,
+        progress: Progress,
+    },
+    /// A reference is made, whose relMSE must fall to `wanted`.
+    Reference {
+        scene: &'a str,
+        wanted: f64,
+        progress: Progress,
+    },
+    Run {
+        scene: &'a str,
+        method: &'a str,
+        budget: &'a str,
+        progress: Progress,
+    },
+}
+
+pub type Listener<'a> = &'a mut dyn FnMut(Event) -> bool;
+
+/// Renders and measures the runs of a plan.
+pub struct Atelier<'a> {
+    plan: &'a Plan,
+    stage: &'a Stage,
+    folder: &'a Path,
+    allow_noisy: bool,
+    reference: Option<Reference>,
+    listener: Listener<'a>,
+}
+
+impl<'a> Atelier<'a> {
+    /// `folder` takes references and pictures. With `allow_noisy`, references are used whatever their noise.
+    pub fn new(
+        plan: &'a Plan,
+        stage: &'a Stage,
+        folder: &'a Path,
+        allow_noisy: bool,
+        listener: Listener<'a>,
+    ) -> Atelier<'a> {
+        Atelier { plan, stage, folder, allow_noisy, reference: None, listener }
+    }
+
+    /// Renders; `None` where it was told to stop.
+    fn render<'e>(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        event: impl Fn(Progress) -> Event<'e>,
+    ) -> Option<Rendering> {
+        let mut go_on = true;
+        let rendering = render::render(scene, settings, &mut |progress| {
+            go_on &= (self.listener)(event(*progress));
+            go_on
+        });
+        go_on.then_some(rendering)
+    }
+
+    /// Keeps the picture of a scene's method in place of the last.
+    fn write_picture(&self, slot: &Slot, rendering: &Rendering) -> Result<()> {
+        let folder = self.folder.join("images");
+        std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+        let e = &rendering.estimate;
+        let metadata = Metadata {
+            scene_hash: self.stage.plain(slot.scene).0.hash_text(),
+            samples_per_pixel: e.samples,
+            render_time_seconds: rendering.seconds as f32,
+            seed: slot.seed,
+            extra: BTreeMap::new(),
+        };
+        let window = Window::full(e.width as usize, e.height as usize);
+        let path = picture_path(self.folder, self.plan, slot.scene, slot.method);
+        exr::write(&path, &window, vec![Layer::color("", &e.mean), Layer::color("variance", &e.variance)], &metadata)
+    }
+}
+
+impl Studio for Atelier<'_> {
+    fn prepare(&mut self, scene: usize, store: &mut Store) -> Result<bool> {
+        let entry = &self.plan.scenes[scene];
+        let name = entry.name();
+        if let Some(known) = store.reference(&name) {
+            self.reference = Some(reference::read(&known.file(self.folder), self.stage.plain(scene).0)?);
+            return Ok(true);
+        }
+        if let Some(path) = &entry.reference {
+            return self.take(scene, path, store);
+        }
+        let folder = self.folder.join("references");
+        std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+        let (loaded, description) = self.stage.plain(scene);
+        let file = reference::file_name(&file_stem(&name), loaded, description);
+        self.make(scene, &Path::new("references").join(file), store)
+    }
+
+    fn run(&mut self, slot: &Slot) -> Result<Option<Run>> {
+        let (plan, stage) = (self.plan, self.stage);
+        let (scene, description) = stage.with_method(slot.scene, slot.method);
+        let budget = plan.budgets[slot.budget];
+        let (scene_name, budget_name) = (plan.scenes[slot.scene].name(), budget.name());
+        let method = &plan.methods[slot.method].name;
+        let mut settings = settings(description);
+        settings.render.seed = slot.seed;
+        limit(&mut settings, budget);
+        let known = memory::reset_peak();
+        let event = |progress| Event::Run { scene: &scene_name, method, budget: &budget_name, progress };
+        let Some(rendering) = self.render(scene, &settings, event) else { return Ok(None) };
+        let peak_bytes = known.then(memory::peak).flatten();
+        if slot.budget == plan.budgets.len() - 1 {
+            self.write_picture(slot, &rendering)?;
+        }
+        let Some(reference) = &self.reference else {
+            return Err(Error::Scene(format!("{scene_name}: there is no reference to compare with")));
+        };
+        let mut run = measured(&rendering, reference, description.film.exposure)?;
+        (run.scene, run.method, run.budget) = (scene_name, method.clone(), budget_name);
+        (run.seed, run.peak_bytes) = (slot.seed, peak_bytes);
+        Ok(Some(run))
+    }
+}
+
+/// Where the last picture of a method at the largest budget is kept.
+pub fn picture_path(folder: &Path, plan: &Plan, scene: usize, method: usize) -> PathBuf {
+    let (scene, method) = (plan.scenes[scene].name(), &plan.methods[method].name);
+    folder.join("images").join(format!("{}_{}.exr", file_stem(&scene), file_stem(method)))
+}
+
+/// Blocks of the references of all scenes that have one with its variance.
+///
+/// # Errors
+/// A reference that can no longer be read.
+pub fn reference_blocks(
+    plan: &Plan,
+    stage: &Stage,
+    store: &Store,
+    folder: &Path,
+) -> Result<BTreeMap<String, ReferenceBlocks>> {
+    let mut all = BTreeMap::new();
+    for (index, entry) in plan.scenes.iter().enumerate() {
+        let Some(known) = store.reference(&entry.name()) else { continue };
+        let reference = reference::read(&known.file(folder), stage.plain(index).0)?;
+        all.extend(reference.blocks().map(|blocks| (entry.name(), blocks)));
+    }
+    Ok(all)
+}
+
+fn limit(settings: &mut Settings, budget: Budget) {
+    (settings.render.spp, settings.render.time) = match budget {
+        Budget::Seconds(seconds) => (i32::MAX as u32, Some(seconds)),
+        Budget::Samples(spp) => (spp, None),
+    };
+}
+
+fn picture(rendering: &Rendering) -> Image {
+    let e = &rendering.estimate;
+    Image { width: e.width as usize, height: e.height as usize, data: e.mean.clone() }
+}
+
+/// The figures of a render; which run it was is not among them.
+fn measured(rendering: &Rendering, reference: &Reference, exposure: f32) -> Result<Run> {
+    let image = picture(rendering);
+    let mut total = Counters::default();
+    rendering.iterations.iter().for_each(|i| total.add(&i.counters));
+    Ok(Run {
+        scene: String::new(),
+        method: String::new(),
+        budget: String::new(),
+        seed: 0,
+        samples: rendering.samples,
+        seconds: rendering.seconds,
+        learn_seconds: rendering.iterations.iter().map(|i| i.learn_seconds).sum(),
+        film_seconds: rendering.film_seconds,
+        errors: measure::errors(&image, reference, exposure)?,
+        mean: measure::mean(&image),
+        non_finite: total.non_finite,
+        rays: total.rays,
+        shadow_rays: total.shadow_rays,
+        paths: total.paths,
+        mean_path_length: ratio(total.rays, total.paths),
+        zero_share: ratio(total.zero_contribution, total.paths),
+        guide_bytes: rendering.guide.as_ref().map_or(0, |g| g.bytes() as u64),
+        guide_states: rendering.guide.as_ref().map_or(0, |g| g.states() as u64),
+        peak_bytes: None,
+        iterations: rendering.iterations.iter().map(iteration).collect(),
+        blocks: blocks(&image),
+    })
+}
+
+fn iteration(report: &IterationReport) -> Iteration {
+    let c = &report.counters;
+    Iteration {
+        samples: report.samples,
+        seconds: report.seconds,
+        learn_seconds: report.learn_seconds,
+        mean_path_length: ratio(c.rays, c.paths),
+        zero_share: ratio(c.zero_contribution, c.paths),
+        guide_hit_share: ratio(c.guide_hits, c.guide_queries),
+    }
+}
+
+fn ratio(a: u64, b: u64) -> f64 {
+    if b == 0 { 0.0 } else { a as f64 / b as f64 }
+}

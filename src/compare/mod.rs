@@ -1,0 +1,23 @@
+//! Comparisons of methods: the same scenes and budgets, runs that take turns, and figures with intervals.
+//!
+//! A [`plan::Plan`] says what is compared. [`schedule::carry_out`] has a [`schedule::Studio`] make its runs, and keeps each
+//! in a [`store::Store`]. [`cell::cells`] says what the runs of a cell mean together; [`results`] and [`chart`] show it.
+
+pub mod atelier;
+pub mod bias;
+pub mod cell;
+pub mod chart;
+pub mod file;
+#[cfg(test)]
+pub(crate) mod fixtures;
+pub mod measure;
+pub mod memory;
+pub mod plan;
+pub mod record;
+pub mod reference;
+pub mod results;
+pub mod rgbe;
+pub mod schedule;
+pub mod stage;
+pub mod store;
+pub mod sweep;

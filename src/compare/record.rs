@@ -1,0 +1,106 @@
+//! What is known of a run, and of a reference: the lines of runs.jsonl.
+
+use serde::{Deserialize, Deserializer, Serialize};
+use std::path::{Path, PathBuf};
+
+/// One run: one scene, method, budget and seed. Errors are against the scene's reference, whose own noise is taken off
+/// where it is known. A measure that is not finite is NaN, written as null.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    pub scene: String,
+    pub method: String,
+    pub budget: String,
+    pub seed: u64,
+    /// Samples per pixel that were traced, those of discarded iterations too.
+    pub samples: u32,
+    /// From the guide's making to the last sample: learning counts, loading and files do not.
+    pub seconds: f64,
+    pub learn_seconds: f64,
+    /// Seconds in which one picture was made of the iterations, after `seconds`.
+    pub film_seconds: f64,
+    #[serde(flatten)]
+    pub errors: RunErrors,
+    /// Mean of the picture.
+    pub mean: [f64; 3],
+    /// Samples that were not finite and count as black.
+    pub non_finite: u64,
+    pub rays: u64,
+    pub shadow_rays: u64,
+    pub paths: u64,
+    /// Segments of a camera path, splits included.
+    pub mean_path_length: f64,
+    /// Share of camera paths that brought nothing.
+    pub zero_share: f64,
+    pub guide_bytes: u64,
+    pub guide_states: u64,
+    /// The most memory that the process held during the run, all of its scenes included; where the system says so.
+    pub peak_bytes: Option<u64>,
+    pub iterations: Vec<Iteration>,
+    /// Mean luminance of blocks of the picture, for the test of bias.
+    pub blocks: Vec<f64>,
+}
+
+/// How far a run's picture is from the reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunErrors {
+    #[serde(deserialize_with = "nullable")]
+    pub mse: f64,
+    #[serde(deserialize_with = "nullable")]
+    pub relmse: f64,
+    #[serde(deserialize_with = "nullable")]
+    pub relmse_trimmed: f64,
+    #[serde(deserialize_with = "nullable")]
+    pub mape: f64,
+    #[serde(deserialize_with = "nullable")]
+    pub smape: f64,
+    #[serde(deserialize_with = "nullable")]
+    pub flip: f64,
+    #[serde(deserialize_with = "nullable")]
+    pub worst_permille: f64,
+}
+
+/// One iteration of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Iteration {
+    pub samples: u32,
+    pub seconds: f64,
+    pub learn_seconds: f64,
+    pub mean_path_length: f64,
+    pub zero_share: f64,
+    /// Share of the vertices that asked the guide where it knew an answer.
+    pub guide_hit_share: f64,
+}
+
+/// Where a scene's reference comes from and how good it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceRecord {
+    pub source: Source,
+    /// Of one that was made, within the comparison's folder.
+    pub path: String,
+    /// Samples per pixel, where it was made.
+    pub samples: Option<u32>,
+    pub seconds: Option<f64>,
+    /// relMSE of its own, where its variance is known.
+    pub relmse_noise: Option<f64>,
+}
+
+impl ReferenceRecord {
+    /// Where the picture is, of a comparison whose folder is `folder`.
+    pub fn file(&self, folder: &Path) -> PathBuf {
+        match self.source {
+            Source::File => PathBuf::from(&self.path),
+            Source::Made => folder.join(&self.path),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Source {
+    File,
+    Made,
+}
+
+fn nullable<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}

@@ -1,0 +1,195 @@
+//! What pictures are compared with: a long unguided render of our own, or a file.
+
+use super::measure::{Reference, relative_noise};
+use super::record::{ReferenceRecord, Source};
+use crate::film::accumulate::Estimate;
+use crate::film::exr::{self, Attribute, Metadata, Window, read_layers, read_rgb};
+use crate::film::image::{Image, Layer};
+use crate::math::Rgb;
+use crate::render::{self, Progress};
+use crate::scene::Scene;
+use crate::scene::description::{Combine, GuidingMethod, Order, SceneDescription};
+use crate::{Error, Result};
+use rustc_hash::FxHasher;
+use std::collections::BTreeMap;
+use std::hash::Hasher;
+use std::path::Path;
+
+/// Samples per pixel that a reference begins with.
+const FIRST: u32 = 16;
+
+/// Seeds of references are far from those of runs.
+const SEEDS: u64 = 1 << 60;
+
+/// A render that is added to until it is good enough.
+pub struct Growing {
+    image: Image,
+    /// Of the means.
+    variance: Vec<Rgb>,
+    samples: u32,
+    seconds: f64,
+}
+
+/// How far a reference is to grow.
+pub struct Growth<'a> {
+    /// relMSE of its own that is good enough.
+    pub wanted: f64,
+    /// Seconds that it may take in all.
+    pub time: f64,
+    /// Asked in the middle of rendering whether to go on.
+    pub observer: &'a mut dyn FnMut(&Progress) -> bool,
+}
+
+/// Of the reference of a scene: its name, and a hash of all that decides what it shows.
+pub fn file_name(name: &str, scene: &Scene, description: &SceneDescription) -> String {
+    let mut hasher = FxHasher::default();
+    hasher.write(format!("{} {:?}", scene.hash_text(), description.integrator).as_bytes());
+    format!("{name}-{:016x}.exr", hasher.finish())
+}
+
+/// Reads a reference; its variance where the file has layers `variance.R`, `.G`, `.B`.
+///
+/// # Errors
+/// As of [`read_rgb`]; a picture of another size than the scene's.
+pub fn read(path: &Path, scene: &Scene) -> Result<Reference> {
+    let image = read_rgb(path)?;
+    let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
+    if (image.width, image.height) != (width, height) {
+        let found = format!("{} × {}", image.width, image.height);
+        return Err(Error::file(path, format!("the reference has {found} pixels, the scene {width} × {height}")));
+    }
+    let layers = read_layers(path)?;
+    let channel = |suffix: &str| layers.channels.get(&format!("variance.{suffix}"));
+    let variance = channel("R").zip(channel("G")).zip(channel("B")).map(|((r, g), b)| {
+        let pixel = |i: usize| Rgb::new(r[i], g[i], b[i]).max(Rgb::ZERO);
+        (0..image.data.len()).map(pixel).collect()
+    });
+    Ok(Reference { image, variance })
+}
+
+/// What is known of a reference that somebody else made.
+pub fn record_of_file(path: &Path, reference: &Reference) -> ReferenceRecord {
+    ReferenceRecord {
+        source: Source::File,
+        path: path.display().to_string(),
+        samples: None,
+        seconds: None,
+        relmse_noise: reference.noise(),
+    }
+}
+
+impl Growing {
+    /// What an earlier comparison left at `path`, or nothing yet.
+    ///
+    /// # Errors
+    /// A file that is not what [`Growing::write`] writes.
+    pub fn find(path: &Path, scene: &Scene) -> Result<Option<Growing>> {
+        if !path.exists() {
+            return Ok(None);
+        }
+        let Reference { image, variance } = read(path, scene)?;
+        let attributes = read_layers(path)?.attributes;
+        match (variance, attributes.get("samplesPerPixel"), attributes.get("renderTimeSeconds")) {
+            (Some(variance), Some(&Attribute::Int(samples)), Some(&Attribute::Float(seconds))) if samples > 0 => {
+                Ok(Some(Growing { image, variance, samples: samples as u32, seconds: f64::from(seconds) }))
+            }
+            _ => Err(Error::file(path, "this is no reference that was made here: remove it")),
+        }
+    }
+
+    /// Renders until the noise is as wanted, the time is over, or the observer has had enough; `None` where that was
+    /// before there was anything.
+    pub fn grow(mut found: Option<Growing>, scene: &Scene, of: &SceneDescription, growth: Growth) -> Option<Growing> {
+        let mut go_on = true;
+        while let Some(samples) = found.as_ref().map_or(Some(FIRST), |f| f.next(growth.wanted, growth.time)) {
+            let taken = found.as_ref().map_or((0, 0.0), |f| (f.samples, f.seconds));
+            let mut settings = super::stage::settings(of);
+            settings.guiding.method = GuidingMethod::None;
+            settings.render.combine = Combine::All;
+            settings.render.order = Order::Progressive;
+            settings.render.spp = samples;
+            settings.render.time = (taken.0 > 0).then_some(growth.time - taken.1);
+            // As many as it has samples: never the same twice, however often it is added to.
+            settings.render.seed = SEEDS + u64::from(taken.0);
+            let rendering = render::render(scene, &settings, &mut |progress| {
+                go_on = (growth.observer)(progress);
+                go_on
+            });
+            if !go_on {
+                break;
+            }
+            found = Some(Growing::merged(found, rendering.estimate, rendering.seconds));
+        }
+        found
+    }
+
+    /// Samples to take next: what should do, but no more than there are; `None` where enough was done.
+    fn next(&self, wanted: f64, time: f64) -> Option<u32> {
+        let noise = self.noise();
+        if noise <= wanted || self.seconds >= time || self.samples >= 1 << 29 {
+            return None;
+        }
+        let missing = f64::from(self.samples) * (1.1 * noise / wanted - 1.0);
+        Some(missing.clamp(f64::from(FIRST), f64::from(self.samples.max(FIRST))) as u32)
+    }
+
+    fn merged(before: Option<Growing>, new: Estimate, seconds: f64) -> Growing {
+        let (width, height) = (new.width as usize, new.height as usize);
+        let image = Image { width, height, data: new.mean };
+        let Some(mut old) = before else {
+            return Growing { image, variance: new.variance, samples: new.samples, seconds };
+        };
+        let share = new.samples as f32 / (old.samples + new.samples) as f32;
+        for (i, new_mean) in image.data.iter().enumerate() {
+            let mean = &mut old.image.data[i];
+            *mean = *mean * (1.0 - share) + *new_mean * share;
+            let variance = &mut old.variance[i];
+            *variance = *variance * (1.0 - share).powi(2) + new.variance[i] * share.powi(2);
+        }
+        old.samples += new.samples;
+        old.seconds += seconds;
+        old
+    }
+
+    /// relMSE of its own.
+    pub fn noise(&self) -> f64 {
+        relative_noise(&self.image, &self.variance)
+    }
+
+    /// Seconds after which the noise would be as wanted.
+    pub fn seconds_for(&self, wanted: f64) -> f64 {
+        self.seconds * self.noise() / wanted
+    }
+
+    /// What is known of it; `file` is its place within the folder of the comparison.
+    pub fn record(&self, file: &Path) -> ReferenceRecord {
+        ReferenceRecord {
+            source: Source::Made,
+            path: file.display().to_string(),
+            samples: Some(self.samples),
+            seconds: Some(self.seconds),
+            relmse_noise: Some(self.noise()),
+        }
+    }
+
+    /// Keeps it, with its variance.
+    ///
+    /// # Errors
+    /// All failures to write.
+    pub fn write(&self, path: &Path, scene: &Scene) -> Result<()> {
+        let image = &self.image;
+        let layers = vec![Layer::color("", &image.data), Layer::color("variance", &self.variance)];
+        let metadata = Metadata {
+            scene_hash: scene.hash_text(),
+            samples_per_pixel: self.samples,
+            render_time_seconds: self.seconds as f32,
+            seed: SEEDS,
+            extra: BTreeMap::new(),
+        };
+        exr::write(path, &Window::full(image.width, image.height), layers, &metadata)
+    }
+
+    pub fn into_reference(self) -> Reference {
+        Reference { image: self.image, variance: Some(self.variance) }
+    }
+}

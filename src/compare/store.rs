@@ -1,0 +1,129 @@
+//! What has been measured so far, on disk: runs.jsonl. A line is added and reaches the disk after every run, so that a
+//! comparison that was interrupted goes on where it stopped.
+
+use super::plan::Plan;
+use super::record::{ReferenceRecord, Run};
+use super::schedule::Slot;
+use crate::{Error, Result};
+use rustc_hash::FxHasher;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::hash::Hasher;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Version of the lines; those of another version are not read.
+const FORMAT: u32 = 1;
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Line {
+    Plan { format: u32, hash: String, title: String },
+    Reference { scene: String, reference: ReferenceRecord },
+    Run(Box<Run>),
+}
+
+/// The file and what it holds.
+pub struct Store {
+    path: PathBuf,
+    file: File,
+    runs: Vec<Run>,
+    references: BTreeMap<String, ReferenceRecord>,
+}
+
+impl Store {
+    /// Opens the file of a comparison, or begins it. `hash` tells plans apart ([`plan_hash`]).
+    ///
+    /// # Errors
+    /// [`Error::File`] where it belongs to another plan, [`Error::Parse`] where it is damaged, [`Error::Io`].
+    pub fn open(path: &Path, hash: &str, title: &str) -> Result<Store> {
+        let text = match std::fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(error) => return Err(Error::io(path)(error)),
+        };
+        // What has no end of line was cut off while it was written, by a crash or a full disk.
+        let whole = text.rfind('\n').map_or(0, |end| end + 1);
+        let file = OpenOptions::new().create(true).append(true).open(path).map_err(Error::io(path))?;
+        file.set_len(whole as u64).map_err(Error::io(path))?;
+        let mut store = Store { path: path.to_path_buf(), file, runs: Vec::new(), references: BTreeMap::new() };
+        for (index, line) in text[..whole].lines().enumerate() {
+            store.read(index + 1, line, hash)?;
+        }
+        if whole == 0 {
+            store.append(&Line::Plan { format: FORMAT, hash: hash.into(), title: title.into() })?;
+        }
+        Ok(store)
+    }
+
+    fn read(&mut self, number: usize, line: &str, hash: &str) -> Result<()> {
+        let malformed = |e: serde_json::Error| Error::parse(&self.path, number, e.column(), e.to_string());
+        match (number, serde_json::from_str(line).map_err(malformed)?) {
+            (1, Line::Plan { format: FORMAT, hash: found, .. }) if found == hash => {}
+            (1, Line::Plan { .. }) => {
+                let message =
+                    "it holds the runs of another comparison: choose another folder, or --restart to delete them";
+                return Err(Error::file(&self.path, message));
+            }
+            (2.., Line::Run(run)) => self.runs.push(*run),
+            (2.., Line::Reference { scene, reference }) => {
+                self.references.insert(scene, reference);
+            }
+            _ => return Err(Error::parse(&self.path, number, 0, "the plan must be the first line, and only that")),
+        }
+        Ok(())
+    }
+
+    /// Adds a run.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn add(&mut self, run: Run) -> Result<()> {
+        let line = Line::Run(Box::new(run));
+        self.append(&line)?;
+        if let Line::Run(run) = line {
+            self.runs.push(*run);
+        }
+        Ok(())
+    }
+
+    /// Sets down what a scene is compared with.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn add_reference(&mut self, scene: &str, reference: &ReferenceRecord) -> Result<()> {
+        self.append(&Line::Reference { scene: scene.into(), reference: reference.clone() })?;
+        self.references.insert(scene.into(), reference.clone());
+        Ok(())
+    }
+
+    fn append(&mut self, line: &Line) -> Result<()> {
+        let text = serde_json::to_string(line).map_err(|e| Error::file(&self.path, e.to_string()))? + "\n";
+        let write = |file: &mut File| file.write_all(text.as_bytes()).and_then(|()| file.sync_data());
+        write(&mut self.file).map_err(Error::io(&self.path))
+    }
+
+    /// The run of a slot, where it is there.
+    pub fn find(&self, plan: &Plan, slot: &Slot) -> Option<&Run> {
+        let (scene, budget) = (plan.scenes[slot.scene].name(), plan.budgets[slot.budget].name());
+        let method = &plan.methods[slot.method].name;
+        self.runs.iter().find(|r| r.seed == slot.seed && r.scene == scene && r.budget == budget && r.method == *method)
+    }
+
+    pub fn reference(&self, scene: &str) -> Option<&ReferenceRecord> {
+        self.references.get(scene)
+    }
+}
+
+/// Tells plans apart by all that decides what a run measures: scenes (`contents` are hashes of what was loaded for each
+/// method), settings, budgets and seed, and this program's version. The number of runs is left out: it may grow.
+pub fn plan_hash(plan: &Plan, contents: &[String]) -> String {
+    let mut hasher = FxHasher::default();
+    let methods: Vec<&str> = plan.methods.iter().map(|m| m.name.as_str()).collect();
+    let scenes: Vec<_> = plan.scenes.iter().map(|s| (s.name(), &s.reference)).collect();
+    let text = format!("{methods:?} {scenes:?} {:?} {} {contents:?}", plan.budgets, plan.seed);
+    hasher.write(text.as_bytes());
+    hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
+    format!("{:016x}", hasher.finish())
+}
