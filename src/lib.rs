@@ -35,6 +35,7 @@
 pub mod bench;
 pub mod bsdf;
 pub mod cli;
+pub mod compare;
 pub mod embree;
 pub mod error;
 pub mod film;

@@ -10,7 +10,7 @@ function drawing(svg) {
 }
 
 function chart({ id, title, svg }) {
-  return el('figure', { class: 'chart', id: `chart-${id}` }, drawing(svg), el('figcaption', null, title));
+  return el('figure', { class: 'chart', id: `chart-${id}`, 'aria-label': title }, drawing(svg));
 }
 
 function showCharts() {

@@ -40,9 +40,10 @@ function exposure() {
   };
   range.addEventListener('input', () => set(Number(range.value)));
   const auto = () => set(viewer.pictures[0]?.middleGrey() ?? 0);
-  const reset = el('button', { type: 'button', onclick: auto, title: 'Brings the first picture’s mean to middle grey' },
-    'Auto');
-  return { auto, box: el('div', { class: 'exposure' }, el('label', { for: 'exposure' }, 'Exposure'), range, shown, reset),
+  const title = 'Brings the geometric mean of the first picture to middle grey';
+  const reset = el('button', { type: 'button', onclick: auto, title }, 'Auto');
+  const label = el('label', { for: 'exposure' }, 'Exposure');
+  return { auto, box: el('div', { class: 'exposure' }, label, range, shown, reset),
     enable: on => { range.disabled = reset.disabled = !on; } };
 }
 
@@ -113,7 +114,8 @@ async function openPictures(scene, budget, light) {
   const last = pictures.length - 1;
   Object.assign(viewer, { pictures, shown: new Set(pictures.keys()), current: 0, previous: last, left: 0, right: last });
   view.show(pictures[0].width, pictures[0].height);
-  const row = picture => el('tr', null, el('th', { scope: 'row' }, picture.label), Array.from({ length: 4 }, () => el('td')));
+  const row = picture => el('tr', null, el('th', { scope: 'row' }, picture.label),
+    Array.from({ length: 4 }, () => el('td')));
   byId('readout').querySelector('tbody').replaceChildren(...pictures.map(row));
   light.auto();
   drawPickers();
@@ -146,6 +148,31 @@ function pictureBudgets(scene) {
   return budgetNames.filter(has);
 }
 
+function viewerBody(light) {
+  const stage = el('div', { id: 'stage', class: 'stage', tabindex: 0, role: 'group', 'aria-label': 'Pictures',
+    'aria-describedby': 'viewer-keys' });
+  const keys = 'With the pictures in focus: wheel, + and − zoom, drag and arrow keys move, 0 shows the whole; 1 to 9'
+    + ' choose a picture, the space bar flips between the last two chosen, or swaps the slider’s sides. Exposure is in'
+    + ' stops, before the sRGB curve.';
+  listenToStage(stage);
+  return el('div', { id: 'viewer', role: 'tabpanel', onkeydown: viewerKey },
+    el('h3', { class: 'print-only', id: 'viewer-scene' }), viewerControls(light),
+    el('div', { class: 'controls', id: 'pickers' }), stage, errorLegend(), readout(),
+    el('p', { id: 'viewer-keys', class: 'soft' }, keys));
+}
+
+/** A scene's pictures under the last of the budgets that it has any of. */
+function openScene(scene, light) {
+  byId('viewer').setAttribute('aria-label', scene);
+  byId('viewer-scene').textContent = scene;
+  const budgets = pictureBudgets(scene);
+  const last = budgets.at(-1) ?? null;
+  const chosen = budget => openPictures(scene, budget, light);
+  byId('picture-budget').replaceChildren(budgets.length > 1
+    ? select('Budget', budgets.map(name => [name, name]), last, chosen) : el('span', { class: 'soft' }, last ?? ''));
+  chosen(last);
+}
+
 function showPictures() {
   const scenes = sceneNames.filter(name => results.images.some(image => image.scene === name));
   if (scenes.length === 0) {
@@ -153,22 +180,7 @@ function showPictures() {
     return;
   }
   const light = exposure();
-  const stage = el('div', { id: 'stage', class: 'stage', tabindex: 0, role: 'group', 'aria-label': 'Pictures',
-    'aria-describedby': 'viewer-keys' });
-  const body = el('div', { id: 'viewer', role: 'tabpanel', 'aria-label': 'Pictures', onkeydown: viewerKey },
-    viewerControls(light), el('div', { class: 'controls', id: 'pickers' }), stage, errorLegend(), readout(),
-    el('p', { id: 'viewer-keys', class: 'soft' }, 'With the pictures in focus: wheel, + and − zoom, drag and arrow keys'
-      + ' move, 0 shows the whole; 1 to 9 choose a picture, the space bar flips between the last two chosen, or swaps'
-      + ' the slider’s sides. Exposure is in stops, before the sRGB curve.'));
+  const body = viewerBody(light);
   byId('pictures').append(body);
-  listenToStage(stage);
-  const open = scene => {
-    const budgets = pictureBudgets(scene);
-    const first = budgets.at(-1) ?? null;
-    const list = budgets.length > 1 ? select('Budget', budgets.map(name => [name, name]), first,
-      budget => openPictures(scene, budget, light)) : el('span', { class: 'soft' }, first ?? '');
-    byId('picture-budget').replaceChildren(list);
-    openPictures(scene, first, light);
-  };
-  body.before(tabs('Pictures of', scenes, () => 'viewer', index => open(scenes[index])));
+  body.before(tabs('Pictures of', scenes, () => 'viewer', index => openScene(scenes[index], light)));
 }

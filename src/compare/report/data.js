@@ -31,6 +31,9 @@ function figure(value) {
 /** A count, to the last digit. */
 const count = value => value == null ? UNDEFINED : value.toLocaleString('en-GB');
 
+/** The intervals' confidence in per cent, without zeros at its end. */
+const confidence = `${Number((100 * results.confidence).toPrecision(6))} %`;
+
 const times = value => value == null ? UNDEFINED : `${figure(value)}×`;
 
 const hasInterval = measure => measure != null && measure.low != null && measure.high != null;

@@ -11,7 +11,8 @@ function ranked(scene, budget) {
 
 function told(cell) {
   const sure = { undecided: ', not told from 1', unknown: '' }[verdict(cell.ratio)] ?? '';
-  return `${cell.method} ${times(cell.ratio.value)} (${interval(cell.ratio)}${sure})`;
+  const biased = cell.bias.biased ? ', biased' : '';
+  return `${cell.method} ${times(cell.ratio.value)} (${interval(cell.ratio)}${sure}${biased})`;
 }
 
 function sceneLine(scene, budget) {
@@ -34,7 +35,8 @@ function places(found) {
 function warnings() {
   const lines = [];
   const warn = (head, found, tail) => {
-    if (found.length > 0) lines.push(el('p', { class: 'warning' }, el('strong', null, head), ` ${places(found)}. ${tail}`));
+    if (found.length === 0) return;
+    lines.push(el('p', { class: 'warning' }, el('strong', null, head), ` ${places(found)}. ${tail}`));
   };
   const tested = results.cells.filter(cell => cell.bias.biased != null);
   const biased = tested.filter(cell => cell.bias.biased);
@@ -48,17 +50,18 @@ function warnings() {
 }
 
 function opening(budget) {
+  if (results.cells.length === 0) return 'No run has ended yet.';
   const runs = results.cells.map(cell => cell.runs);
   const [least, most] = [Math.min(...runs), Math.max(...runs)];
   const ran = least === most ? `${plural(most, 'run')} each` : `${least} to ${plural(most, 'run')} each`;
-  const over = `${plural(others.length, 'method')} against ${results.baseline} in ${plural(sceneNames.length, 'scene')},`
-    + ` under ${plural(budgetNames.length, 'budget')}, ${ran}.`;
+  const over = `${plural(others.length, 'method')} against ${results.baseline} in`
+    + ` ${plural(sceneNames.length, 'scene')}, under ${plural(budgetNames.length, 'budget')}, ${ran}.`;
   const all = sceneNames.flatMap(scene => ranked(scene, budget)).sort((a, b) => b.ratio.value - a.ratio.value);
   if (all.length === 0) return `${over} No ratio to ${results.baseline} is defined.`;
   const [best, worst] = [all[0], all.at(-1)];
-  const least_said = all.length > 1 ? `, lowest ${told(worst)} in ${worst.scene}` : '';
+  const lowest = all.length > 1 ? `, lowest ${told(worst)} in ${worst.scene}` : '';
   return `${over} At ${budget}, efficiency over that of ${results.baseline} is highest for ${told(best)} in`
-    + ` ${best.scene}${least_said}.`;
+    + ` ${best.scene}${lowest}.`;
 }
 
 function showSummary() {
@@ -71,7 +74,8 @@ function showSummary() {
     sceneNames.length > 1 ? el('ul', null, sceneNames.map(scene => sceneLine(scene, budget))) : null,
     ...warnings(),
     el('p', { class: 'soft' }, `Phototaxis ${results.version} with ${plural(threads, 'thread')} on ${cpu}, ${os}.`),
-    el('div', { class: 'command' }, el('code', null, results.command), ...copyButton('Copy command', () => results.command)),
+    el('div', { class: 'command' }, el('code', null, results.command),
+      ...copyButton('Copy command', () => results.command)),
   );
 }
 
@@ -82,18 +86,20 @@ function overrides(method) {
   return said.length > 0 ? said.join(', ') : 'the scene’s own settings';
 }
 
+/** A comparison that was stopped early may have no reference yet. */
 function referenceRow({ name, path, width, height, triangles, reference }) {
-  const made = reference.source === 'made' ? 'made for this' : 'given';
-  return [name, path, `${width} × ${height}`, count(triangles), `${made}: ${reference.path}`, count(reference.samples),
-    figure(reference.seconds), figure(reference.relmse_noise)];
+  const source = { made: 'made for this: ', file: 'given: ' }[reference?.source] ?? 'none';
+  return [name, path, `${width} × ${height}`, count(triangles), source + (reference?.path ?? ''),
+    count(reference?.samples), figure(reference?.seconds), figure(reference?.relmse_noise)];
 }
 
 function simpleTable(caption, heads, rows) {
-  const row = ([first, ...rest]) => el('tr', null, el('th', { scope: 'row' }, first), rest.map(text => el('td', null, text)));
-  return el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': caption }, el('table', { class: 'plain' },
-    el('caption', null, caption),
+  const row = ([first, ...rest]) => el('tr', null, el('th', { scope: 'row' }, first),
+    rest.map(text => el('td', null, text)));
+  const table = el('table', { class: 'plain' }, el('caption', null, caption),
     el('thead', null, el('tr', null, heads.map(head => el('th', { scope: 'col' }, head)))),
-    el('tbody', null, rows.map(row))));
+    el('tbody', null, rows.map(row)));
+  return el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': caption }, table);
 }
 
 function showSetup() {
@@ -104,6 +110,6 @@ function showSetup() {
     simpleTable('Scenes and references', ['Scene', 'File', 'Pixels', 'Triangles', 'Reference', 'Samples per pixel',
       'Seconds', 'Its own relMSE'], results.scenes.map(referenceRow)),
   );
-  byId('intervals').textContent = `At a confidence of ${figure(100 * results.confidence)} %, over runs that differ by`
+  byId('intervals').textContent = `At a confidence of ${confidence}, over runs that differ by`
     + ' their seed alone; none where there is one run.';
 }

@@ -11,9 +11,12 @@ function measured(key, label, main = false, unit = 1) {
   const part = name => cell => cell[key]?.[name] ?? null;
   const middle = cell => part('mean')(cell) ?? part('value')(cell);
   const scaled = value => value == null ? null : value / unit;
+  // The baseline's ratio to itself is exact.
+  const spread = cell => hasInterval(cell[key]) && cell[key].low < cell[key].high;
+  const range = cell => interval({ low: scaled(cell[key].low), high: scaled(cell[key].high) });
   return { label, main, value: middle,
-    show: cell => [figure(scaled(middle(cell))), el('span', { class: 'interval' }, hasInterval(cell[key])
-      ? interval({ low: scaled(cell[key].low), high: scaled(cell[key].high) }) : '')],
+    show: cell => [figure(scaled(middle(cell))),
+      spread(cell) ? el('span', { class: 'interval' }, range(cell)) : null],
     fields: [[key, middle], [`${key}_low`, part('low')], [`${key}_high`, part('high')]] };
 }
 
@@ -31,8 +34,8 @@ const columns = [
   measured('seconds', 'Seconds', true), measured('samples', 'Samples per pixel', true),
   measured('msamples_per_second', '10⁶ samples / s'), measured('mrays_per_second', '10⁶ rays / s'),
   measured('mean_path_length', 'Path length', true), measured('zero_share', 'Share of zeros'),
-  measured('guide_bytes', 'Guide / MB', true, 1e6), measured('guide_states', 'Guide’s states'),
-  measured('peak_bytes', 'Peak memory / MB', false, 1e6),
+  measured('guide_bytes', 'Guide / MiB', true, 2 ** 20), measured('guide_states', 'Guide’s states'),
+  measured('peak_bytes', 'Peak memory / MiB', false, 2 ** 20),
   { label: 'Biased', main: true, value: cell => cell.bias.biased == null ? null : Number(cell.bias.biased),
     show: cell => said(cell.bias.biased), fields: [['biased', cell => cell.bias.biased]] },
   plain('bias_z', 'Bias, z', cell => cell.bias.z), plain('bias_p', 'Bias, p', cell => cell.bias.p),

@@ -103,8 +103,7 @@ function listenToWheel(stage, view) {
 function listenToPointers(stage, view) {
   const pointers = new Map();
   let canvas = null;
-  const middle = () => [...pointers.values()].reduce(([x, y], [px, py]) => [x + px / pointers.size, y + py / pointers.size],
-    [0, 0]);
+  const middle = () => [0, 1].map(i => [...pointers.values()].reduce((sum, at) => sum + at[i], 0) / pointers.size);
   const spread = () => {
     const [a, b] = [...pointers.values()];
     return b ? Math.hypot(a[0] - b[0], a[1] - b[1]) : 1;

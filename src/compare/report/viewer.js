@@ -9,13 +9,13 @@ const viewer = {
 
 const view = new View(() => requestDraw());
 
-let drawing_asked = false;
+let drawAsked = false;
 
 function requestDraw() {
-  if (drawing_asked) return;
-  drawing_asked = true;
+  if (drawAsked) return;
+  drawAsked = true;
   requestAnimationFrame(() => {
-    drawing_asked = false;
+    drawAsked = false;
     drawPanels();
     drawReadout();
   });
@@ -48,7 +48,7 @@ function caption(index) {
 function panel(says, layers, ...extra) {
   const canvas = el('canvas', { class: 'panel' });
   canvas.style.aspectRatio = view.size.join(' / ');
-  const title = el('figcaption');
+  const title = el('figcaption', { 'aria-live': viewer.mode === 'flip' ? 'polite' : null });
   viewer.panels.push({ canvas, title, says, layers });
   return el('figure', null, el('div', { class: 'frame' }, canvas, extra), title);
 }
@@ -136,7 +136,8 @@ function drawMark(canvas) {
   const context = canvas.getContext('2d');
   const scale = view.scale(canvas) * devicePixelRatio;
   const side = Math.max(scale, 9);
-  const [x, y] = viewer.probe.map((p, i) => [canvas.width, canvas.height][i] / 2 + (p + 0.5 - view.centre[i]) * scale - side / 2);
+  const half = [canvas.width / 2, canvas.height / 2];
+  const [x, y] = viewer.probe.map((p, i) => half[i] + (p + 0.5 - view.centre[i]) * scale - side / 2);
   for (const [colour, width] of [['#000', 3], ['#fff', 1]]) {
     context.strokeStyle = colour;
     context.lineWidth = width;
