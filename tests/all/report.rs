@@ -4,8 +4,11 @@
 
 use phototaxis::compare::report::page;
 use serde_json::{Value, json};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{ChildStderr, Command, Stdio};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
 
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
@@ -13,6 +16,9 @@ const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "c
 const SIZE: [u8; 2] = [16, 8];
 
 const METHODS: [&str; 3] = ["none", "grid", "tree, fine"];
+
+/// What the checks may take; they take some two seconds.
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A name that would end the tag it stands in if it were not escaped.
 const SCENES: [&str; 2] = ["a<b", "hall"];
@@ -128,18 +134,38 @@ fn verdicts(browser: &str, html: &str, flags: &[&str]) -> Vec<String> {
     let file = folder.path().join("report.html");
     std::fs::write(&file, html).unwrap();
     // The sandbox cannot be had as root or within some containers; what is shown is this test's own page.
-    let output = Command::new(browser)
+    let mut child = Command::new(browser)
         .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--force-color-profile=srgb"])
-        .args(["--window-size=1280,900", "--virtual-time-budget=60000", "--dump-dom"])
+        .args(["--window-size=1280,900", "--enable-logging=stderr"])
         .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
         .args(flags)
         .arg(format!("file://{}", file.display()))
-        .output()
+        .stderr(Stdio::piped())
+        .spawn()
         .unwrap();
-    let document = String::from_utf8_lossy(&output.stdout).into_owned();
-    let found = document.rsplit_once("<pre id=\"verdicts\">").and_then(|(_, rest)| rest.split_once("</pre>"));
-    let (lines, _) = found.unwrap_or_else(|| panic!("no verdicts: {}", String::from_utf8_lossy(&output.stderr)));
-    lines.lines().map(str::to_owned).collect()
+    let found = console(child.stderr.take().unwrap());
+    child.kill().unwrap();
+    child.wait().unwrap();
+    found
+}
+
+/// The verdicts on a browser's console, up to the last one. Lines are read elsewhere, so that a page that never ends
+/// cannot hold up the test.
+fn console(lines: ChildStderr) -> Vec<String> {
+    let (sender, receiver) = mpsc::channel();
+    let read = move || BufReader::new(lines).lines().map_while(Result::ok).try_for_each(|line| sender.send(line));
+    std::thread::spawn(read);
+    let deadline = Instant::now() + PATIENCE;
+    let (mut said, mut verdicts) = (Vec::new(), Vec::new());
+    while let Ok(line) = receiver.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+        let verdict = line.split_once("\"verdict: ").and_then(|(_, rest)| rest.rsplit_once("\", source: "));
+        verdicts.extend(verdict.map(|(words, _)| words.to_owned()));
+        if verdict.is_some_and(|(words, _)| words.starts_with("done, ")) {
+            return verdicts;
+        }
+        said.push(line);
+    }
+    panic!("the checks did not end: {said:#?}")
 }
 
 /// Panics unless all of at least `least` checks are passed under the conditions that were wanted.

@@ -1,6 +1,6 @@
-// What a reader does with the page, done by events, and whether the page does what it says. Verdicts go to #verdicts.
+// What a reader does with the page, done by events, and whether the page does what it says. Verdicts go to the console.
 
-const verdicts = [];
+const tell = words => console.log(`verdict: ${words}`);
 const $ = selector => document.querySelector(selector);
 const $$ = selector => [...document.querySelectorAll(selector)];
 const same = (value, wanted, what = '') => {
@@ -20,14 +20,15 @@ const until = async (truth, what) => {
 async function check(name, act) {
   try {
     await act();
-    verdicts.push(`ok ${name}`);
+    tell(`ok ${name}`);
   } catch (error) {
-    verdicts.push(`FAILED ${name}: ${error.message}`);
+    tell(`FAILED ${name}: ${error.message}`);
   }
 }
 
 const radio = (name, value) => $(`input[name=${name}][value="${value}"]`).click();
-const key = (target, name) => target.dispatchEvent(new KeyboardEvent('keydown', { key: name, bubbles: true, cancelable: true }));
+const key = (target, name) => target.dispatchEvent(new KeyboardEvent('keydown',
+  { key: name, bubbles: true, cancelable: true }));
 const canvases = () => $$('#stage canvas');
 const caption = () => $('#stage figcaption').textContent;
 
@@ -44,13 +45,15 @@ const wheel = (canvas, deltaY, at) => canvas.dispatchEvent(new WheelEvent('wheel
 /** R, G, B on the screen at a share of a canvas. */
 const pixel = (canvas, u, v) => [...canvas.getContext('2d')
   .getImageData(Math.floor(u * canvas.width), Math.floor(v * canvas.height), 1, 1).data.slice(0, 3)];
-const srgb = linear => Math.round(255 * Math.min(1, linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055));
+const srgb = linear => Math.round(255 * Math.min(1,
+  linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055));
 
 /** The pictures of the tests: red tells the column, green the row, blue the picture (0: the reference). */
 const SIZE = [16, 8];
 const texel = (x, y, picture) => [10 * x + 5, 20 * y + 5, 40 * picture + 20].map(m => m / 256);
 const toned = (x, y, picture, stops = 0) => texel(x, y, picture).map(value => srgb(value * 2 ** stops));
-const near = (value, wanted, what) => holds(value.every((v, i) => Math.abs(v - wanted[i]) <= 1), `${what}: ${value} is not ${wanted}`);
+const near = (value, wanted, what) => holds(value.every((v, i) => Math.abs(v - wanted[i]) <= 1),
+  `${what}: ${value} is not ${wanted}`);
 
 /** The column and row seen at a share of a canvas, at exposure 0. */
 function seen(canvas, u, v) {
@@ -80,7 +83,7 @@ await check('summary names best, worst and what is wrong', () => {
   const text = $('#summary').textContent;
   for (const words of ['tree, fine 4.00× (3.00 to 5.00)', 'grid 0.500× (0.400 to 0.600, biased)', 'Biased: grid in a<b',
     'Not finite: tree, fine in a<b']) holds(text.includes(words), `no "${words}" in ${text}`);
-  same(document.title, 'A </script> title');
+  same(document.title, 'A <\/script> title');
 });
 
 await check('matrix colours what is certain and follows its controls', () => {
@@ -155,7 +158,7 @@ await check('pictures are toned by sRGB and exposure', async () => {
 
 await check('all panels zoom about the pointer and move in step', async () => {
   const [first, second] = canvases();
-  const at = [[0.25, 0.25], [0.5, 0.5], [0.9, 0.9]];
+  const at = [[4.5 / 16, 2.5 / 8], [8.5 / 16, 4.5 / 8], [14.5 / 16, 7.5 / 8]];
   const looks = canvas => at.map(([u, v]) => seen(canvas, u, v));
   same(looks(first), [[4, 2], [8, 4], [14, 7]], 'at first:');
   const fixed = client(second, 12.5 / 16, 2.5 / 8);
@@ -206,7 +209,8 @@ await check('enlarged pixels keep hard edges', async () => {
 
 await check('digits choose and the space bar flips', async () => {
   await mode('flip');
-  const shows = () => Math.round([0, 1, 2, 3].findIndex(i => Math.abs(toned(0, 0, i)[2] - pixel(canvases()[0], 0.5, 0.5)[2]) <= 1));
+  const blue = () => pixel(canvases()[0], 0.5, 0.5)[2];
+  const shows = () => [0, 1, 2, 3].findIndex(i => Math.abs(toned(0, 0, i)[2] - blue()) <= 1);
   const wanted = [['1', 0], ['3', 2], [' ', 0], [' ', 2], ['2', 1], [' ', 2], ['9', 2]];
   for (const [name, picture] of wanted) {
     key($('#stage'), name);
@@ -251,7 +255,7 @@ await check('false colours are those of the legend', async () => {
     const place = ((Math.log10(error) + 4) / 5) * (hex.length - 1);
     const [low, share] = [Math.floor(place), place % 1];
     const colour = hex[low].map((c, k) => c + share * (hex[low + 1][k] - c));
-    const found = pixel(canvas, 0.5, 0.5);
+    const found = pixel(canvas, 2.5 / 16, 2.5 / 8);
     holds(found.every((c, k) => Math.abs(c - colour[k]) <= 4), `error ${error}: ${found} is not ${colour}`);
   });
   radio('viewer-what', 'picture');

@@ -17,7 +17,10 @@ function lightness(rgb) {
   return 0.2126 * r + 0.7152 * g + 0.0722 * b;
 }
 
-const ground = node => over(getComputedStyle(node).backgroundColor, node.parentElement ? ground(node.parentElement) : [255, 255, 255]);
+const WHITE = [255, 255, 255];
+
+const ground = node => over(getComputedStyle(node).backgroundColor,
+  node.parentElement ? ground(node.parentElement) : WHITE);
 
 function contrast(node) {
   const behind = ground(node);
@@ -32,7 +35,7 @@ await check('all text stands out from its ground', () => {
   const texts = $$('body *').filter(node => !['OPTION', 'SCRIPT', 'STYLE'].includes(node.tagName) && speaks(node));
   holds(texts.length > 100, `only ${texts.length} texts`);
   const faint = texts.filter(node => contrast(node) < 4.5);
-  same(faint.map(node => `${node.tagName} ${node.className} "${node.textContent.slice(0, 20)}" ${contrast(node).toFixed(2)}`), []);
+  same(faint.map(node => `${node.tagName} ${node.className}: ${node.textContent.slice(0, 20)}: ${contrast(node)}`), []);
 });
 
 await check('the page does not scroll sideways', () => {
@@ -48,6 +51,4 @@ await check('nothing went wrong and nothing was asked for', () => {
 });
 
 const dark = matchMedia('(prefers-color-scheme: dark)').matches;
-verdicts.push(`done, ${dark ? 'dark' : 'light'}, ${document.documentElement.clientWidth} wide`);
-const place = (window === parent ? document : parent.document).body;
-place.append(Object.assign(document.createElement('pre'), { id: 'verdicts', textContent: verdicts.join('\n') }));
+tell(`done, ${dark ? 'dark' : 'light'}, ${document.documentElement.clientWidth} wide`);

@@ -138,7 +138,8 @@ function viewerControls(light) {
   };
   return el('div', { class: 'controls' }, el('span', { id: 'picture-budget' }),
     choice('viewer-mode', 'Pictures', modes, viewer.mode, setMode),
-    choice('viewer-what', 'Show', [['picture', 'picture'], ['error', 'error']], 'picture', what => setError(what === 'error')),
+    choice('viewer-what', 'Show', [['picture', 'picture'], ['error', 'error']], 'picture',
+      what => setError(what === 'error')),
     light.box, zoomButtons());
 }
 

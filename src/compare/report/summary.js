@@ -59,9 +59,9 @@ function opening(budget) {
   const all = sceneNames.flatMap(scene => ranked(scene, budget)).sort((a, b) => b.ratio.value - a.ratio.value);
   if (all.length === 0) return `${over} No ratio to ${results.baseline} is defined.`;
   const [best, worst] = [all[0], all.at(-1)];
-  const lowest = all.length > 1 ? `, lowest ${told(worst)} in ${worst.scene}` : '';
+  if (best === worst) return `${over} At ${budget}, efficiency over that of ${results.baseline}: ${told(best)}.`;
   return `${over} At ${budget}, efficiency over that of ${results.baseline} is highest for ${told(best)} in`
-    + ` ${best.scene}${lowest}.`;
+    + ` ${best.scene}, lowest for ${told(worst)} in ${worst.scene}.`;
 }
 
 function showSummary() {
@@ -69,9 +69,10 @@ function showSummary() {
   byId('title').textContent = results.title;
   const budget = budgetNames.at(-1);
   const { cpu, threads, os } = results.machine;
+  const scenes = sceneNames.map(scene => sceneLine(scene, budget));
   byId('summary').append(
     el('p', { class: 'lead' }, opening(budget)),
-    sceneNames.length > 1 ? el('ul', null, sceneNames.map(scene => sceneLine(scene, budget))) : null,
+    ...(scenes.length > 1 ? [el('ul', null, scenes)] : []),
     ...warnings(),
     el('p', { class: 'soft' }, `Phototaxis ${results.version} with ${plural(threads, 'thread')} on ${cpu}, ${os}.`),
     el('div', { class: 'command' }, el('code', null, results.command),

@@ -118,8 +118,9 @@ function listenToPointers(stage, view) {
     const [[x, y], apart] = [middle(), spread()];
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
     const [toX, toY] = middle();
+    // Enlarged first: a picture that is seen whole cannot be moved.
+    if (pointers.size === 2 && apart > 0) view.zoomBy(canvas, spread() / apart, [x, y]);
     view.pan(canvas, toX - x, toY - y);
-    if (pointers.size === 2 && apart > 0) view.zoomBy(canvas, spread() / apart, [toX, toY]);
   });
   const lift = event => pointers.delete(event.pointerId);
   window.addEventListener('pointerup', lift);
