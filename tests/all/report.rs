@@ -20,6 +20,9 @@ const METHODS: [&str; 3] = ["none", "grid", "tree, fine"];
 /// What the checks may take; they take some two seconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// Number of the checks in `tests/report`.
+const CHECKS: usize = 18;
+
 /// A name that would end the tag it stands in if it were not escaped.
 const SCENES: [&str; 2] = ["a<b", "hall"];
 
@@ -98,7 +101,8 @@ fn results() -> Value {
     let budgets = ["4 spp", "16 spp"];
     let drawing = r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 40 30"><path d="M0 0L40 30"/></svg>"#;
     let chart = |scene: Option<&str>| {
-        json!({"id": scene.unwrap_or("all"), "scene": scene, "title": "error", "kind": "error-time", "svg": drawing})
+        let id = scene.unwrap_or("all");
+        json!({"id": id, "scene": scene, "title": "error", "kind": "error-time", "svg": drawing})
     };
     let scene = |name: &&str| {
         json!({"name": name, "path": "scene.toml", "width": SIZE[0], "height": SIZE[1], "triangles": 12, "reference":
@@ -168,12 +172,12 @@ fn console(lines: ChildStderr) -> Vec<String> {
     panic!("the checks did not end: {said:#?}")
 }
 
-/// Panics unless all of at least `least` checks are passed under the conditions that were wanted.
-fn assert_passed(verdicts: &[String], least: usize, conditions: &str) {
+/// Panics unless all checks are passed under the conditions that were wanted.
+fn assert_passed(verdicts: &[String], conditions: &str) {
     let (last, checks) = verdicts.split_last().unwrap();
     let failed: Vec<_> = checks.iter().filter(|line| !line.starts_with("ok ")).collect();
     assert!(failed.is_empty(), "{failed:#?}");
-    assert!(checks.len() >= least, "only {checks:#?}");
+    assert_eq!(checks.len(), CHECKS, "{checks:#?}");
     assert_eq!(last, conditions);
 }
 
@@ -184,11 +188,11 @@ fn page_does_what_it_says_in_a_browser() {
         return;
     };
     let html = watched(&["checks.js", "looks.js"]);
-    assert_passed(&verdicts(&browser, &html, &[]), 18, "done, light, 1280 wide");
+    assert_passed(&verdicts(&browser, &html, &[]), "done, light, 1280 wide");
     let dark = ["--blink-settings=preferredColorScheme=0"];
-    assert_passed(&verdicts(&browser, &html, &dark), 18, "done, dark, 1280 wide");
+    assert_passed(&verdicts(&browser, &html, &dark), "done, dark, 1280 wide");
     // A browser's window has a least width, a frame has none.
     let quoted = html.replace('&', "&amp;").replace('"', "&quot;");
     let phone = format!(r#"<!DOCTYPE html><body><iframe width="375" height="800" srcdoc="{quoted}"></iframe></body>"#);
-    assert_passed(&verdicts(&browser, &phone, &[]), 18, "done, light, 375 wide");
+    assert_passed(&verdicts(&browser, &phone, &[]), "done, light, 375 wide");
 }

@@ -1,6 +1,7 @@
 // What a reader does with the page, done by events, and whether the page does what it says. Verdicts go to the console.
 
-const tell = words => console.log(`verdict: ${words}`);
+/** On one line: the test reads lines. */
+const tell = words => console.log(`verdict: ${words.replace(/\s+/g, ' ').slice(0, 400)}`);
 const $ = selector => document.querySelector(selector);
 const $$ = selector => [...document.querySelectorAll(selector)];
 const same = (value, wanted, what = '') => {

@@ -22,11 +22,10 @@ const SCRIPT: &str = concat!(
 /// Every `<` becomes `\u003c`, which in JSON can only stand within a string and means the same there: nothing in the
 /// results ends the element that holds them.
 pub fn page(results_json: &str) -> String {
+    let results = results_json.replace('<', "\\u003c");
     // The results last: whatever they say is not searched.
-    TEMPLATE
-        .replacen("/*{style}*/", STYLE, 1)
-        .replacen("/*{script}*/", SCRIPT, 1)
-        .replacen("/*{results}*/", &results_json.replace('<', "\\u003c"), 1)
+    let dressed = TEMPLATE.replacen("/*{style}*/", STYLE, 1).replacen("/*{script}*/", SCRIPT, 1);
+    dressed.replacen("/*{results}*/", &results, 1)
 }
 
 #[cfg(test)]
