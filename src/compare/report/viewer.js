@@ -67,13 +67,13 @@ function buildStage() {
     stage.replaceChildren(panel(() => caption(viewer.current), () => whole(() => viewer.current)));
   } else {
     stage.replaceChildren(panel(() => `${caption(viewer.left)}  |  ${caption(viewer.right)}`,
-      () => [[viewer.left, 0, viewer.split], [viewer.right, viewer.split, 1]], splitter(stage)));
+      () => [[viewer.left, 0, viewer.split], [viewer.right, viewer.split, 1]], splitter()));
   }
   requestDraw();
 }
 
 /** The bar between the two pictures of a slider. */
-function splitter(stage) {
+function splitter() {
   const bar = el('div', { role: 'slider', tabindex: 0, 'aria-label': 'Border between the pictures', class: 'splitter',
     'aria-valuemin': 0, 'aria-valuemax': 100 });
   const move = split => {
