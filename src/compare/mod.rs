@@ -15,6 +15,7 @@ pub mod memory;
 pub mod plan;
 pub mod record;
 pub mod reference;
+pub mod report;
 pub mod results;
 pub mod rgbe;
 pub mod schedule;

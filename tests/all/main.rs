@@ -9,4 +9,5 @@ mod determinism;
 mod paper;
 mod persistence;
 mod references;
+mod report;
 mod scaling;

@@ -1,0 +1,6 @@
+showSummary();
+showMatrix();
+showCharts();
+showTable();
+showSetup();
+showPictures();

@@ -1,0 +1,198 @@
+//! The page of a comparison in a real browser: `tests/report/*.js` do what a reader does and write down what they find.
+//!
+//! Needs a Chromium, by `$CHROMIUM` or in the path; without one the test is skipped, and says so.
+
+use phototaxis::compare::report::page;
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{ChildStderr, Command, Stdio};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+
+/// Pixels of the test pictures; `tests/report/checks.js` knows them.
+const SIZE: [u8; 2] = [16, 8];
+
+const METHODS: [&str; 3] = ["none", "grid", "tree, fine"];
+
+/// What the checks may take; they take some two seconds.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Number of the checks in `tests/report`.
+const CHECKS: usize = 18;
+
+/// A name that would end the tag it stands in if it were not escaped.
+const SCENES: [&str; 2] = ["a<b", "hall"];
+
+fn browser() -> Option<String> {
+    let named = std::env::var("CHROMIUM").ok();
+    let candidates = named.into_iter().chain(BROWSERS.map(str::to_owned));
+    let runs = |name: &String| {
+        let tried = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+        tried.is_ok_and(|status| status.success())
+    };
+    candidates.into_iter().find(runs)
+}
+
+/// RFC 1951 without compression: one stored block.
+fn stored(bytes: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(bytes.len()).unwrap();
+    let [low, high] = length.to_le_bytes();
+    [&[1, low, high, !low, !high], bytes].concat()
+}
+
+/// RFC 4648.
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let group = |chunk: &[u8]| {
+        let bits = (0..3).fold(0, |bits, i| bits << 8 | usize::from(chunk.get(i).copied().unwrap_or(0)));
+        let letter = |i: usize| if i <= chunk.len() { LETTERS[bits >> (18 - 6 * i) & 63] as char } else { '=' };
+        [letter(0), letter(1), letter(2), letter(3)]
+    };
+    bytes.chunks(3).flat_map(group).collect()
+}
+
+/// Red tells the column, green the row, blue the picture; exponent 128 makes each value its mantissa over 256.
+fn picture(scene: &str, method: &str, number: u8) -> Value {
+    let [width, height] = SIZE;
+    let texel = |i: u8| [10 * (i % width) + 5, 20 * (i / width) + 5, 40 * number + 20, 128];
+    let texels: Vec<u8> = (0..width * height).flat_map(texel).collect();
+    let budget = (number > 0).then_some("16 spp");
+    json!({"scene": scene, "method": method, "budget": budget, "seed": budget.map(|_| 3), "width": width,
+        "height": height, "rgbe": base64(&stored(&texels))})
+}
+
+fn pictures(scene: &str) -> Vec<Value> {
+    let names = ["reference"].into_iter().chain(METHODS);
+    names.zip(0..).map(|(method, number)| picture(scene, method, number)).collect()
+}
+
+fn around(value: Option<f64>, half: f64) -> Value {
+    json!({"value": value, "mean": value, "low": value.map(|v| v - half), "high": value.map(|v| v + half)})
+}
+
+/// Scene `a<b` has a biased method and one that is better but not finite, `hall` a worse one and one that nothing is
+/// known of; under the smaller budget the latter has no ratio.
+fn cell(scene: &str, method: &str, budget: &str) -> Value {
+    let small = budget == "4 spp";
+    let (ratio, half) = match (scene, method) {
+        (_, "none") => (1.0, 0.0),
+        ("a<b", "grid") => (0.5, 0.1),
+        ("a<b", _) => (4.0, 1.0),
+        (_, "grid") => (0.25, 0.1),
+        _ => (1.1, 0.3),
+    };
+    let (biased, finite) = (scene == "a<b" && method == "grid", scene != "a<b" || method != "tree, fine" || small);
+    let undefined = small && scene == "hall" && method == "tree, fine";
+    let mut cell = json!({"scene": scene, "method": method, "budget": budget, "runs": 3,
+        "ratio": around((!undefined).then_some(ratio), half),
+        "ratio_trimmed": around((!undefined).then_some(ratio.sqrt()), half / 2.0),
+        "relmse_median": 0.02, "relmse_worst": 0.03, "non_finite": if finite { 0 } else { 2 },
+        "bias": {"z": if biased { 9.0 } else { 0.5 }, "p": if biased { 1e-9 } else { 0.6 }, "biased": biased}});
+    let measures = "seconds samples mse relmse relmse_trimmed mape smape flip efficiency efficiency_trimmed \
+        msamples_per_second mrays_per_second mean_path_length zero_share guide_bytes guide_states peak_bytes";
+    measures.split_whitespace().for_each(|name| cell[name] = around(Some(2.0 / ratio), 0.01));
+    cell
+}
+
+fn results() -> Value {
+    let budgets = ["4 spp", "16 spp"];
+    let drawing = r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 40 30"><path d="M0 0L40 30"/></svg>"#;
+    let chart = |scene: Option<&str>| {
+        let id = scene.unwrap_or("all");
+        json!({"id": id, "scene": scene, "title": "error", "kind": "error-time", "svg": drawing})
+    };
+    let scene = |name: &&str| {
+        json!({"name": name, "path": "scene.toml", "width": SIZE[0], "height": SIZE[1], "triangles": 12, "reference":
+            {"source": "made", "path": "r.exr", "samples": 4096, "seconds": 3.5, "relmse_noise": 1e-5}})
+    };
+    let cells = SCENES.map(|s| METHODS.map(|m| budgets.map(|b| cell(s, m, b)))).into_iter().flatten().flatten();
+    json!({
+        "format": 1, "title": "A </script> title", "command": "phototaxis compare scene.toml", "version": "0.1.0",
+        "machine": {"cpu": "a processor", "threads": 2, "os": "a system"}, "baseline": "none", "confidence": 0.95,
+        "scenes": SCENES.iter().map(scene).collect::<Vec<_>>(),
+        "methods": METHODS.map(|name| json!({"name": name, "overrides": {"guiding.method": name},
+            "baseline": name == "none"})),
+        "budgets": budgets.map(|name| json!({"name": name, "seconds": null, "spp": 4})),
+        "runs": [], "cells": cells.collect::<Vec<_>>(),
+        "charts": [chart(None), chart(Some("a<b")), chart(Some("hall"))],
+        "images": SCENES.iter().flat_map(|scene| pictures(scene)).collect::<Vec<_>>(),
+    })
+}
+
+/// The page with what watches it put before its scripts, and `checks` after them.
+fn watched(checks: &[&str]) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/report");
+    let script = |name: &&str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let checks: String = checks.iter().map(script).collect();
+    page(&results().to_string())
+        .replacen("<style>", &format!("<script>{}</script><style>", script(&"watch.js")), 1)
+        .replacen("</body>", &format!("<script type=\"module\">{checks}</script></body>"), 1)
+}
+
+/// What the checks found: a line each, the last one telling the colours and the width that they saw.
+fn verdicts(browser: &str, html: &str, flags: &[&str]) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("report.html");
+    std::fs::write(&file, html).unwrap();
+    // The sandbox cannot be had as root or within some containers; what is shown is this test's own page.
+    let mut child = Command::new(browser)
+        .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--force-color-profile=srgb"])
+        .args(["--window-size=1280,900", "--enable-logging=stderr"])
+        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+        .args(flags)
+        .arg(format!("file://{}", file.display()))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let found = console(child.stderr.take().unwrap());
+    child.kill().unwrap();
+    child.wait().unwrap();
+    found
+}
+
+/// The verdicts on a browser's console, up to the last one. Lines are read elsewhere, so that a page that never ends
+/// cannot hold up the test.
+fn console(lines: ChildStderr) -> Vec<String> {
+    let (sender, receiver) = mpsc::channel();
+    let read = move || BufReader::new(lines).lines().map_while(Result::ok).try_for_each(|line| sender.send(line));
+    std::thread::spawn(read);
+    let deadline = Instant::now() + PATIENCE;
+    let (mut said, mut verdicts) = (Vec::new(), Vec::new());
+    while let Ok(line) = receiver.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+        let verdict = line.split_once("\"verdict: ").and_then(|(_, rest)| rest.rsplit_once("\", source: "));
+        verdicts.extend(verdict.map(|(words, _)| words.to_owned()));
+        if verdict.is_some_and(|(words, _)| words.starts_with("done, ")) {
+            return verdicts;
+        }
+        said.push(line);
+    }
+    panic!("the checks did not end: {said:#?}")
+}
+
+/// Panics unless all checks are passed under the conditions that were wanted.
+fn assert_passed(verdicts: &[String], conditions: &str) {
+    let (last, checks) = verdicts.split_last().unwrap();
+    let failed: Vec<_> = checks.iter().filter(|line| !line.starts_with("ok ")).collect();
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert_eq!(checks.len(), CHECKS, "{checks:#?}");
+    assert_eq!(last, conditions);
+}
+
+#[test]
+fn page_does_what_it_says_in_a_browser() {
+    let Some(browser) = browser() else {
+        eprintln!("SKIPPED: the page of a comparison was not tried: no Chromium in the path, nor by $CHROMIUM");
+        return;
+    };
+    let html = watched(&["checks.js", "looks.js"]);
+    assert_passed(&verdicts(&browser, &html, &[]), "done, light, 1280 wide");
+    let dark = ["--blink-settings=preferredColorScheme=0"];
+    assert_passed(&verdicts(&browser, &html, &dark), "done, dark, 1280 wide");
+    // A browser's window has a least width, a frame has none.
+    let quoted = html.replace('&', "&amp;").replace('"', "&quot;");
+    let phone = format!(r#"<!DOCTYPE html><body><iframe width="375" height="800" srcdoc="{quoted}"></iframe></body>"#);
+    assert_passed(&verdicts(&browser, &phone, &[]), "done, light, 375 wide");
+}
