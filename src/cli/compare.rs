@@ -12,7 +12,7 @@ use crate::compare::results::{Results, chart_file, csv};
 use crate::compare::schedule::carry_out;
 use crate::compare::stage::Stage;
 use crate::compare::store::Store;
-use crate::compare::{file, sweep};
+use crate::compare::{file, report, sweep};
 use crate::film::atomic::write_atomically;
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
@@ -36,8 +36,8 @@ pub struct CompareArguments {
     /// File that says what is compared; what is said here too has precedence.
     #[arg(long, value_name = "TOML")]
     plan: Option<PathBuf>,
-    /// Methods, separated by commas: none, grid, voronoi, sdtree, adaptive, or those of the plan; or
-    /// sweep:KEY=VALUE,VALUE;KEY=VALUE,VALUE for all combinations. May be repeated. [default: none,adaptive]
+    /// Methods, separated by commas: none, auto, adaptive, grid, voronoi, sdtree, or those of the plan; or
+    /// sweep:KEY=VALUE,VALUE;KEY=VALUE,VALUE for all combinations. May be repeated. [default: none,auto]
     #[arg(long, value_name = "NAMES")]
     methods: Vec<String>,
     /// Seconds that a run may take, learning included; several are several budgets.
@@ -127,7 +127,7 @@ fn draft(arguments: &CompareArguments) -> Result<Draft> {
     if !a.methods.is_empty() {
         draft.methods = a.methods.iter().flat_map(|text| names(text)).collect();
     } else if draft.methods.is_empty() {
-        draft.methods = ["none", "adaptive"].map(String::from).to_vec();
+        draft.methods = ["none", "auto"].map(String::from).to_vec();
     }
     let seconds = a.time.iter().map(|s| Budget::Seconds(*s));
     let budgets: Vec<Budget> = seconds.chain(a.spp.iter().map(|n| Budget::Samples(*n))).collect();
@@ -183,9 +183,11 @@ fn finish(arguments: &CompareArguments, plan: &Plan, stage: &Stage, store: &Stor
     if !arguments.no_images {
         results.add_pictures(plan, store, folder)?;
     }
-    write(&folder.join("results.json"), results.to_json()?.as_bytes())?;
+    let json = results.to_json()?;
+    write(&folder.join("results.json"), json.as_bytes())?;
+    write(&folder.join("report.html"), report::page(&json).as_bytes())?;
     if !arguments.quiet {
-        eprintln!("wrote {0}/results.json, {0}/results.csv and {0}/charts", folder.display());
+        eprintln!("wrote {0}/report.html, {0}/results.json, {0}/results.csv and {0}/charts", folder.display());
     }
     Ok(())
 }

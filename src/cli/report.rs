@@ -3,7 +3,7 @@
 use crate::guiding::file::Subject;
 use crate::inspect::Layers;
 use crate::integrator::Counters;
-use crate::render::{IterationReport, Rendering, Verdict};
+use crate::render::{IterationReport, Rendering, Trial, Verdict};
 use crate::scene::Scene;
 use crate::scene::description::GuidingMethod;
 use serde::Serialize;
@@ -165,15 +165,20 @@ impl Iteration {
 
 /// Why the guide is in use, or not.
 fn reason(verdict: &Verdict) -> String {
+    let Some(trial) = verdict.trial else {
+        let variance = format!("one sample varies by {:.1} of the picture's square", verdict.variance);
+        return match verdict.guided {
+            true => format!("{variance}: the guide is in use, and was not judged yet"),
+            false => format!("{variance}, which is little: this scene was rendered on without a guide"),
+        };
+    };
+    let outcome = match verdict.guided {
+        true => format!("the guide is worth {:.1} times the samples", trial.gain()),
+        false => "this scene was rendered on without a guide".to_owned(),
+    };
+    let Trial { variance_ratio, cost_ratio } = trial;
     format!(
-        "guided samples varied {:.2} times as much as unguided ones and cost {:.2} times as much: {}",
-        verdict.variance_ratio,
-        verdict.cost_ratio,
-        if verdict.guided {
-            format!("the guide is worth {:.1} times the samples", verdict.gain())
-        } else {
-            "this scene needs no guide, and was rendered on without".to_owned()
-        }
+        "guided samples varied {variance_ratio:.2} times as much as unguided ones and cost {cost_ratio:.2} times as much: {outcome}"
     )
 }
 

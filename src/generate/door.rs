@@ -256,9 +256,6 @@ next_event = true
 mis = true
 rr_depth = 5
 
-[guiding]
-method = "grid"
-
 [render]
 spp = 64
 seed = 0

@@ -6,7 +6,7 @@ mod noise;
 mod schedule;
 mod worth;
 
-pub use worth::Verdict;
+pub use worth::{Trial, Verdict};
 
 use crate::film::accumulate::{Estimate, FEATURE_SAMPLES, Film};
 use crate::guiding::Guide;

@@ -36,11 +36,17 @@ fn bsdf_sampling_only(s: &mut Settings) {
 }
 
 /// Of a grid of trees unless said otherwise.
-const GUIDED: [Way; 52] = [
+const GUIDED: [Way; 53] = [
     ("grid, tree", |_| {}),
     ("grid, hemisphere", hemisphere),
     ("grid, sphere", sphere),
     ("adaptive, tree", adaptive),
+    // long enough to be judged, and to be weighed by variance
+    ("auto", |s| {
+        adaptive(s);
+        (s.guiding.method, s.integrator.roulette) = (GuidingMethod::Auto, Roulette::Guided);
+        (s.render.combine, s.render.spp) = (Combine::InverseVariance, 32);
+    }),
     ("adaptive, hemisphere", |s| {
         adaptive(s);
         hemisphere(s);
@@ -110,7 +116,7 @@ const GUIDED: [Way; 52] = [
     ("bsdf_fraction 0.05", |s| s.guiding.bsdf_fraction = 0.05),
     ("bsdf_fraction 1", |s| s.guiding.bsdf_fraction = 1.0),
     ("combine last", |s| s.render.combine = Combine::Last),
-    // from 22 samples on the weighting has two iterations to weigh
+    // from 15 samples on the weighting has two groups of iterations to weigh
     ("combine inverse-variance", |s| (s.render.combine, s.render.spp) = (Combine::InverseVariance, 32)),
     ("no next event", bsdf_sampling_only),
     ("no MIS", |s| s.integrator.mis = false),

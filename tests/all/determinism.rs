@@ -43,11 +43,13 @@ fn with_threads(threads: usize, loaded: &Loaded, settings: &Settings) -> Trace {
 /// A way of rendering, as a change of the defaults.
 type Way = (&'static str, fn(&mut Settings));
 
-const WAYS: [Way; 6] = [
+const WAYS: [Way; 7] = [
+    ("auto", |_| {}),
     ("unguided", |s| s.guiding.method = GuidingMethod::None),
     ("adaptive, guided roulette", |s| {
         // few visits are enough, so that cells are cut in a short render
-        (s.guiding.refine_visits, s.integrator.roulette) = (200.0, Roulette::Guided);
+        (s.guiding.method, s.guiding.refine_visits) = (GuidingMethod::Adaptive, 200.0);
+        s.integrator.roulette = Roulette::Guided;
     }),
     ("grid of hemispheres, online", |s| {
         (s.guiding.method, s.guiding.table) = (GuidingMethod::Grid, DirectionTable::Hemisphere);
@@ -56,6 +58,7 @@ const WAYS: [Way; 6] = [
     ("SD-tree", |s| (s.guiding.method, s.guiding.leaf_samples) = (GuidingMethod::SdTree, 1000.0)),
     ("Voronoi", |s| s.guiding.method = GuidingMethod::Voronoi),
     ("little memory", |s| {
+        s.guiding.method = GuidingMethod::Adaptive;
         (s.guiding.refine_visits, s.guiding.memory, s.guiding.learned_fraction) = (50.0, 2_000_000, Some(true));
     }),
 ];
