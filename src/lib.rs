@@ -13,6 +13,7 @@
 //!         │   └── bsdf, light, mixture (BSDF + guide: the one place where both sampling and pdf live)
 //!         ▼
 //!      film ─► EXR / PNG      inspect: a guide that has learnt, against what is traced
+//!                             compare: whole renders by several methods, in turns
 //! ```
 //!
 //! # Invariants

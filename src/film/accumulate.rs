@@ -20,7 +20,7 @@ pub struct Film {
     group: Group,
     /// The group before, until there is a better picture than its own to hold its noise against.
     pending: Option<Group>,
-    /// Weighted sums over the groups before these: means, and variances of the means.
+    /// Of the groups before these, weighed together: means, and variances of the means.
     mean: Vec<Rgb>,
     variance: Vec<Rgb>,
     /// Sum of weights, for the black and the white squares of a checkerboard over the pixels.
@@ -122,17 +122,12 @@ impl Film {
         if let Some(last) = film.pending.take() {
             film.weigh_in(&last, last.weights(film.width as usize, &last));
         }
-        let (width, pixels) = (self.width as usize, self.mean.len());
-        let per_pixel = |values: &[Rgb], power: i32| -> Vec<Rgb> {
-            let scale = |i: usize| (film.weight[parity(i, width)].powi(power)).recip() as f32;
-            (0..pixels).map(|i| if values[i] == Rgb::ZERO { Rgb::ZERO } else { values[i] * scale(i) }).collect()
-        };
         let share = 1.0 / self.feature_samples.max(1) as f32;
         Estimate {
             width: self.width,
             height: self.height,
-            mean: per_pixel(&film.mean, 1),
-            variance: per_pixel(&film.variance, 2),
+            mean: film.mean,
+            variance: film.variance,
             samples: film.samples,
             blank: film.blank,
             features: self.features.iter().map(|&f| f * share).collect(),
@@ -163,14 +158,18 @@ impl Film {
 
     fn weigh_in(&mut self, group: &Group, weights: [f64; 2]) {
         let width = self.width as usize;
+        let totals = [0, 1].map(|colour| self.weight[colour] + weights[colour]);
+        let new = [0, 1].map(|colour| (weights[colour] / totals[colour]) as f32);
+        let old = [0, 1].map(|colour| (self.weight[colour] / totals[colour]) as f32);
         for i in 0..self.mean.len() {
-            let w = weights[parity(i, width)] as f32;
+            let colour = parity(i, width);
             let (mean, variance) = group.moments(i);
-            self.mean[i] += mean * w;
-            self.variance[i] += variance * (w * w);
+            // steps towards the new mean: equal ones stay what they are to the last bit
+            let step = (mean - self.mean[i]) * new[colour];
+            self.mean[i] += step;
+            self.variance[i] = self.variance[i] * old[colour].powi(2) + variance * new[colour].powi(2);
         }
-        self.weight[0] += weights[0];
-        self.weight[1] += weights[1];
+        self.weight = totals;
         self.samples += group.samples;
     }
 }

@@ -221,7 +221,10 @@ fn agree(scene: &str, loaded: &Loaded, planted: f64) {
         if k >= UNGUIDED.len() {
             settings.guiding.method = GuidingMethod::Grid;
             change(&mut settings);
-            check_that_the_guide_takes_part(name, loaded, &settings);
+            // which is for `auto` to decide
+            if settings.guiding.method != GuidingMethod::Auto {
+                check_that_the_guide_takes_part(name, loaded, &settings);
+            }
         } else {
             change(&mut settings);
         }

@@ -36,7 +36,10 @@ fn runs_figures_charts_and_pictures_are_written() {
     let here = folder();
     let output = compare(here.path(), 3, &[], 0);
     let out = here.path().join("compare-out");
-    assert_eq!(names(&out), ["charts", "images", "references", "results.csv", "results.json", "runs.jsonl"]);
+    assert_eq!(
+        names(&out),
+        ["charts", "images", "references", "report.html", "results.csv", "results.json", "runs.jsonl"]
+    );
     assert_eq!(names(&out.join("images")), ["cornell_grid.exr", "cornell_none.exr"]);
     assert_eq!(names(&out.join("charts")).len(), 12);
     let table = stdout(&output);
