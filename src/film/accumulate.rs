@@ -81,7 +81,7 @@ impl Film {
             let from = (y * tile.width) as usize..((y + 1) * tile.width) as usize;
             let to = ((tile.y + y) * self.width + tile.x) as usize;
             for (k, i) in from.enumerate() {
-                self.group.sum[to + k] += samples.sum[i];
+                self.group.sum[to + k] += samples.sum[i].as_dvec3();
                 self.group.sum_squares[to + k] += samples.sum_squares[i];
                 if let Some(&features) = samples.features.get(i) {
                     self.features[to + k] += features;

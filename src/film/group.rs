@@ -2,6 +2,7 @@
 
 use super::blur::blur;
 use crate::math::{Rgb, luminance};
+use glam::DVec3;
 
 /// Pictures weighed against each other must not be told apart by less than rounding.
 const MIN_RELATIVE_VARIANCE: f64 = 1e-12;
@@ -17,20 +18,21 @@ const FLOOR: f64 = 0.1;
 /// Sums of samples, pixel by pixel.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
-    pub sum: Vec<Rgb>,
+    /// In double precision: the mean of equal samples is that sample, to the last bit.
+    pub sum: Vec<DVec3>,
     pub sum_squares: Vec<Rgb>,
     pub samples: u32,
 }
 
 impl Group {
     pub fn new(pixels: usize) -> Group {
-        Group { sum: vec![Rgb::ZERO; pixels], sum_squares: vec![Rgb::ZERO; pixels], samples: 0 }
+        Group { sum: vec![DVec3::ZERO; pixels], sum_squares: vec![Rgb::ZERO; pixels], samples: 0 }
     }
 
     /// Mean and variance of the mean of a pixel.
     pub fn moments(&self, i: usize) -> (Rgb, Rgb) {
         let n = self.samples as f32;
-        let mean = self.sum[i] / n;
+        let mean = (self.sum[i] / n as f64).as_vec3();
         if self.samples < 2 {
             return (mean, Rgb::ZERO);
         }
@@ -62,7 +64,7 @@ impl Group {
 
     /// Squares of the luminance about each of the pixels that count, by these alone.
     fn squares(&self, width: usize, counts: impl Fn(&usize) -> bool) -> Vec<f64> {
-        let light: Vec<f64> = self.sum.iter().map(|&s| luminance(s) as f64 / self.samples as f64).collect();
+        let light: Vec<f64> = self.sum.iter().map(|&s| luminance((s / self.samples as f64).as_vec3()) as f64).collect();
         let pixels = (0..light.len()).filter(&counts).count();
         let mean = (0..light.len()).filter(&counts).map(|i| light[i]).sum::<f64>() / pixels.max(1) as f64;
         blur(&light, |i| counts(&i), width).iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect()
