@@ -120,9 +120,6 @@ fn check_guide_options(arguments: &RenderArguments, scene: &SceneDescription, ou
     {
         bail!("{option} needs a guide, and guiding.method is none");
     }
-    if (guide_in.is_some() || guide_out.is_some()) && !guide_file::is_stored(scene.guiding.method) {
-        bail!("{}", guide_file::unsupported(scene.guiding.method));
-    }
     if *guide_layers && !outputs.any_exr() {
         bail!("--guide-layers needs a picture in EXR");
     }

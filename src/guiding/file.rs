@@ -5,7 +5,7 @@
 //! both in the wire format of the crate `postcard`.
 
 use super::stored::Stored;
-use super::{Guide, Kind};
+use super::Guide;
 use crate::film::atomic::write_atomically;
 use crate::math::rng::mix;
 use crate::scene::description::{DirectionTable, GuidingMethod, GuidingSettings, IntegratorSettings};
@@ -18,7 +18,7 @@ use std::path::Path;
 
 const MAGIC: [u8; 8] = *b"PTXGUIDE";
 /// Changes whenever older files would be read wrongly.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Bytes before the body, and after it.
 const HEAD: usize = 20;
 const TAIL: usize = 4;
@@ -76,30 +76,25 @@ fn settings(guiding: &GuidingSettings, integrator: &IntegratorSettings) -> BTree
     let mut all = BTreeMap::new();
     let mut add = |key: &str, value: String| all.insert(key.to_string(), value);
     add("guiding.method", guiding.method.model().name().to_owned());
-    add("guiding.table", format!("{:?}", guiding.table).to_lowercase());
-    add("guiding.resolution", guiding.resolution.to_string());
-    match guiding.method {
+    match guiding.method.model() {
         GuidingMethod::Grid => add("guiding.normals", guiding.normals.to_string()),
-        GuidingMethod::Adaptive | GuidingMethod::Auto => add("guiding.levels", guiding.levels.to_string()),
-        GuidingMethod::None | GuidingMethod::Voronoi | GuidingMethod::SdTree => None,
+        GuidingMethod::Adaptive => add("guiding.levels", guiding.levels.to_string()),
+        GuidingMethod::Voronoi => add("guiding.sites", guiding.sites.to_string()),
+        _ => None,
     };
-    if guiding.table != DirectionTable::Tree {
-        add("guiding.strata", guiding.strata.to_string());
+    if matches!(guiding.method.model(), GuidingMethod::Grid | GuidingMethod::Adaptive) {
+        add("guiding.resolution", guiding.resolution.to_string());
+    }
+    if guiding.method != GuidingMethod::SdTree {
+        add("guiding.table", format!("{:?}", guiding.table).to_lowercase());
+        if guiding.table != DirectionTable::Tree {
+            add("guiding.strata", guiding.strata.to_string());
+        }
     }
     // light that next-event estimation finds is left out of what is learnt
     add("integrator.next_event", integrator.next_event.to_string());
     add("integrator.mis", integrator.mis.to_string());
     all
-}
-
-/// Whether guides of this method are kept in files.
-pub fn is_stored(method: GuidingMethod) -> bool {
-    matches!(method.model(), GuidingMethod::Grid | GuidingMethod::Adaptive)
-}
-
-/// What to say of the others.
-pub fn unsupported(method: GuidingMethod) -> String {
-    format!("guides of the method {} are not kept in files; those of grid and adaptive are", method.name())
 }
 
 /// Writes a guide, as a whole or not at all. `paths` as in [`Trained`].
@@ -109,9 +104,7 @@ pub fn unsupported(method: GuidingMethod) -> String {
 pub fn write(path: &Path, guide: &Guide, subject: &Subject, paths: u64) -> Result<()> {
     let header = Header { subject: subject.clone(), paths };
     let fail = |error: postcard::Error| Error::file(path, format!("the guide cannot be stored: {error}"));
-    let stored = guide.tables().and_then(|tables| tables.stored());
-    let stored = stored.ok_or_else(|| Error::file(path, unsupported(guide.method())))?;
-    let body = postcard::to_stdvec(&(header, stored)).map_err(fail)?;
+    let body = postcard::to_stdvec(&(header, guide.stored())).map_err(fail)?;
     let mut head = [0; HEAD];
     head[..8].copy_from_slice(&MAGIC);
     head[8..12].copy_from_slice(&VERSION.to_le_bytes());
@@ -149,15 +142,9 @@ pub fn read(path: &Path, subject: &Subject, guiding: &GuidingSettings, bounds: (
         return Err(bad(&conflict));
     }
     let (stored, left): (Stored, _) = postcard::take_from_bytes(body).map_err(malformed)?;
-    if !is_stored(guiding.method) {
-        return Err(bad(&unsupported(guiding.method)));
-    }
     let guide = Guide::new(guiding, bounds, std::iter::empty());
     let mut guide = guide.ok_or_else(|| bad("guiding.method is none: no guide is used"))?;
-    match &mut guide.kind {
-        Kind::Tables(tables) => tables.restore(stored).map_err(|message| bad(&message))?,
-        Kind::Leaves(_) => return Err(bad(&unsupported(guiding.method))),
-    }
+    guide.restore(stored).map_err(|message| bad(&message))?;
     let salt = mix(u64::from(checksum(&head, body)));
     if left.is_empty() { Ok(Trained { guide, paths: header.paths, salt }) } else { Err(bad("the guide is malformed")) }
 }

@@ -205,6 +205,7 @@ fn make_room(shard: &mut Shard, table: &Table, transition: &Transition, states: 
         actions: table.nothing_known(),
         visits: 0.0,
         fresh: 0.0,
+        met: true,
         returns: Returns::default(),
         fraction: Fraction::default(),
     };
@@ -219,6 +220,7 @@ fn make_room(shard: &mut Shard, table: &Table, transition: &Transition, states: 
 fn visit(state: &mut State, transition: &Transition, table: &Table, oriented: bool, rate: Rate) {
     state.visits += 1.0;
     state.fresh += 1.0;
+    state.met = true;
     let normal = if oriented { state.normal } else { transition.normal.unpack() };
     let wi = transition.wi.unpack();
     let entry = match (&mut state.actions, table) {

@@ -13,9 +13,9 @@ use rustc_hash::FxHashMap;
 
 /// The tree, and what guided roulette wants to know of its leaves besides.
 pub struct Leaves {
-    tree: SdTree,
+    pub(super) tree: SdTree,
     /// By leaf: of this iteration, and where there was nothing in it, of the last one that had something.
-    returns: Vec<Returns>,
+    pub(super) returns: Vec<Returns>,
     /// By leaf, as of the snapshot; empty before the first.
     summaries: Vec<Summary>,
 }
@@ -99,6 +99,13 @@ impl Leaves {
         for parent in self.tree.end_iteration(spp as f32) {
             self.returns.push(self.returns[parent as usize]);
         }
+        self.summarise();
+        self.returns.shrink_to_fit();
+        self.returns.iter_mut().for_each(|returns| returns.weight = 0.0);
+    }
+
+    /// What is now known of each leaf.
+    pub(super) fn summarise(&mut self) {
         let mut leaves: Vec<_> = self.tree.inspect().collect();
         leaves.sort_unstable_by_key(|leaf| leaf.leaf);
         let summary = |leaf: &LeafInfo| {
@@ -106,8 +113,6 @@ impl Leaves {
             Summary::of_leaf(leaf, radiance, fraction, &self.returns[leaf.leaf as usize])
         };
         self.summaries = leaves.iter().map(summary).collect();
-        self.returns.shrink_to_fit();
-        self.returns.iter_mut().for_each(|returns| returns.weight = 0.0);
     }
 
     pub fn tree(&self) -> &SdTree {

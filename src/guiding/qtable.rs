@@ -43,6 +43,8 @@ pub struct State {
     pub visits: f32,
     /// Visits since the iteration began.
     pub fresh: f32,
+    /// Whether it was ever met; else all that it knows is of the state that it was a part of.
+    pub met: bool,
     pub returns: Returns,
     pub fraction: Fraction,
 }

@@ -23,9 +23,9 @@ struct Cell {
 }
 
 /// Cuts coarse cells where it pays; the parts begin with what the whole knew. States that inherited and were not met
-/// in the whole iteration since are dropped.
+/// in the whole iteration since are dropped; those that were once met stay, as another camera's may have been.
 pub fn refine(adaptive: &mut Adaptive, learner: &mut Learner, limits: Limits) {
-    learner.replace(|state| (state.fresh == 0.0).then(Vec::new));
+    learner.replace(|state| (!state.met).then(Vec::new));
     let cells = survey(adaptive, learner);
     for (coarse, cell) in cells.iter().enumerate() {
         let differs = cell.pairs == 0.0 || cell.difference > limits.difference * cell.pairs;
@@ -39,7 +39,7 @@ pub fn refine(adaptive: &mut Adaptive, learner: &mut Learner, limits: Limits) {
 
 fn survey(adaptive: &Adaptive, learner: &Learner) -> Vec<Cell> {
     let mut cells = vec![Cell::default(); adaptive.coarse_cells()];
-    for state in learner.states() {
+    for state in learner.states().filter(|state| state.fresh > 0.0) {
         let cell = &mut cells[adaptive.coarse_of(state.key)];
         cell.states += 1.0;
         cell.visits += state.fresh;
@@ -67,7 +67,7 @@ fn parts(state: &State) -> Vec<State> {
     /// On a surface, a cell's part has about a quarter of its points.
     const SHARE: f32 = 0.25;
     let part = |key: StateKey| {
-        let mut part = State { key, visits: state.visits * SHARE, fresh: 0.0, ..state.clone() };
+        let mut part = State { key, visits: state.visits * SHARE, fresh: 0.0, met: false, ..state.clone() };
         part.returns = Returns { weight: part.returns.weight * SHARE, ..part.returns };
         part.entries_mut().iter_mut().for_each(|entry| entry.visits *= SHARE);
         part

@@ -1,54 +1,93 @@
 //! What of a guide outlives a render: all that it has learnt, and nothing that can be made of that again.
 
+use super::leaves::Leaves;
 use super::learner::{Learner, Table};
-use super::qtable::{Actions, State};
+use super::qtable::{Actions, Returns, State};
+use super::sdtree::StoredTree;
 use super::states::States;
 use super::tables::Tables;
+use super::voronoi::{Site, Voronoi};
+use super::{Guide, Kind};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// What a guide has learnt, by the kind of guide. Variants are told apart by their order: new ones come last.
 #[derive(Serialize, Deserialize)]
 pub(super) enum Stored<'g> {
-    Table(StoredTable<'g>),
+    Tables(StoredTables<'g>),
+    Leaves(StoredLeaves<'g>),
 }
 
 #[derive(Serialize, Deserialize)]
-pub(super) struct StoredTable<'g> {
+pub(super) struct StoredTables<'g> {
     /// How often each coarse cell of an adaptive grid was halved; of others nothing.
     levels: Cow<'g, [u8]>,
+    /// Of Voronoi states, by state; of others nothing.
+    sites: Vec<Site>,
     /// By shard, in the order in which they were met.
     shards: Vec<Cow<'g, [State]>>,
     ended: bool,
 }
 
-impl Tables {
-    /// `None` for states that are not kept in files: Voronoi sites.
-    pub(super) fn stored(&self) -> Option<Stored<'_>> {
-        let levels = match &self.states {
-            States::Grid(_) => &[],
-            States::Adaptive(adaptive) => adaptive.levels(),
-            States::Voronoi(_) => return None,
-        };
-        let shards = self.learner.shards().iter().map(|shard| Cow::Borrowed(shard.states())).collect();
-        Some(Stored::Table(StoredTable { levels: Cow::Borrowed(levels), shards, ended: self.ended }))
+#[derive(Serialize, Deserialize)]
+pub(super) struct StoredLeaves<'g> {
+    tree: StoredTree<'g>,
+    returns: Cow<'g, [Returns]>,
+}
+
+impl Guide {
+    pub(super) fn stored(&self) -> Stored<'_> {
+        match &self.kind {
+            Kind::Tables(tables) => Stored::Tables(tables.stored()),
+            Kind::Leaves(leaves) => Stored::Leaves(leaves.stored()),
+        }
     }
 
-    /// Puts back what an empty guide of the same settings has learnt; its snapshot is then that of the guide that was
-    /// stored.
+    /// Puts back what a guide of the same settings has learnt, where this one is empty; its snapshot is then that of the
+    /// guide that was stored.
     ///
     /// # Errors
     /// Where that is not what such a guide can have learnt, or is more than its memory holds.
     pub(super) fn restore(&mut self, stored: Stored) -> Result<(), String> {
-        let Stored::Table(StoredTable { levels, shards, ended }) = stored;
-        let levels_fit = match &mut self.states {
-            States::Grid(_) => levels.is_empty(),
-            States::Adaptive(adaptive) => adaptive.set_levels(levels.into_owned()),
-            States::Voronoi(_) => false,
-        };
-        if !levels_fit {
-            return Err("its cells are not those of this grid".into());
+        match (&mut self.kind, stored) {
+            (Kind::Tables(tables), Stored::Tables(stored)) => tables.restore(stored),
+            (Kind::Leaves(leaves), Stored::Leaves(stored)) => leaves.restore(stored),
+            _ => Err("what was learnt is of another kind than guiding.method asks for".into()),
         }
+    }
+}
+
+impl Leaves {
+    fn stored(&self) -> StoredLeaves<'_> {
+        StoredLeaves { tree: self.tree.stored(), returns: Cow::Borrowed(&self.returns) }
+    }
+
+    fn restore(&mut self, stored: StoredLeaves) -> Result<(), String> {
+        self.tree.restore(stored.tree)?;
+        if stored.returns.len() != self.tree.leaves() {
+            return Err("the leaves of the SD-tree are not ones that it can have".into());
+        }
+        self.returns = stored.returns.into_owned();
+        self.summarise();
+        Ok(())
+    }
+}
+
+impl Tables {
+    fn stored(&self) -> StoredTables<'_> {
+        let (levels, sites): (&[u8], _) = match &self.states {
+            States::Grid(_) => (&[], Vec::new()),
+            States::Adaptive(adaptive) => (adaptive.levels(), Vec::new()),
+            States::Voronoi(voronoi) => (&[], voronoi.iter().flat_map(|voronoi| voronoi.sites()).collect()),
+        };
+        let shards = self.learner.shards().iter().map(|shard| Cow::Borrowed(shard.states())).collect();
+        StoredTables { levels: Cow::Borrowed(levels), sites, shards, ended: self.ended }
+    }
+
+    fn restore(&mut self, stored: StoredTables) -> Result<(), String> {
+        let StoredTables { levels, sites, shards, ended } = stored;
+        self.restore_states(levels.into_owned(), sites)?;
         for state in shards.into_iter().flat_map(Cow::into_owned) {
             self.restore_state(state)?;
         }
@@ -58,6 +97,29 @@ impl Tables {
         }
         self.ended = ended;
         self.refresh();
+        Ok(())
+    }
+
+    fn restore_states(&mut self, levels: Vec<u8>, sites: Vec<Site>) -> Result<(), String> {
+        let fits = match &mut self.states {
+            States::Grid(_) => levels.is_empty() && sites.is_empty(),
+            States::Adaptive(adaptive) => sites.is_empty() && adaptive.set_levels(levels),
+            States::Voronoi(_) => levels.is_empty(),
+        };
+        if !fits {
+            return Err("its cells are not those of this grid".into());
+        }
+        if sites.is_empty() {
+            return Ok(());
+        }
+        let count = sites.len();
+        if count.saturating_mul(Voronoi::bytes_per_site()) > self.memory {
+            return Err(format!("its {count} sites take more than guiding.memory"));
+        }
+        // the sites themselves stand for the points where look-ups are to be expected
+        let about: Vec<_> = sites.iter().map(|site| (site.p, site.n)).collect();
+        let voronoi = Voronoi::new(sites, &about).filter(|voronoi| voronoi.len() == count);
+        self.place(Arc::new(voronoi.ok_or("its sites are not ones that states can have")?));
         Ok(())
     }
 

@@ -6,7 +6,9 @@ use super::placing::Placing;
 use super::recorder::Recorder;
 use super::refine;
 use super::states::States;
+use super::voronoi::Voronoi;
 use crate::scene::description::GuidingSettings;
+use std::sync::Arc;
 
 /// Visits of an iteration, on average over the states, after which adaptive states stop to learn until the next one
 /// begins. With four times fewer, rooms lit through a gap got a tenth noisier; without end, tables grow and gain nothing.
@@ -23,7 +25,7 @@ pub struct Tables {
     /// While there are no sites.
     placing: Option<Placing>,
     /// Bytes for states and tables.
-    memory: usize,
+    pub(super) memory: usize,
 }
 
 impl Tables {
@@ -73,9 +75,7 @@ impl Tables {
     /// Ends an iteration: states and tables are refined, and what was learnt becomes the next snapshot.
     pub fn end_iteration(&mut self) {
         if let Some(voronoi) = self.placing.as_ref().and_then(Placing::sites) {
-            self.states = States::Voronoi(Some(voronoi));
-            self.placing = None;
-            self.learner.keep_within(self.memory.saturating_sub(self.states.bytes()));
+            self.place(voronoi);
         }
         if let States::Adaptive(adaptive) = &mut self.states {
             refine::refine(adaptive, &mut self.learner, self.refinement);
@@ -83,6 +83,13 @@ impl Tables {
         self.learner.refine_actions();
         self.refresh();
         self.ended = true;
+    }
+
+    /// Begins to tell states apart by sites.
+    pub(super) fn place(&mut self, voronoi: Arc<Voronoi>) {
+        self.states = States::Voronoi(Some(voronoi));
+        self.placing = None;
+        self.learner.keep_within(self.memory.saturating_sub(self.states.bytes()));
     }
 
     /// States that were ever met.

@@ -14,11 +14,12 @@ use std::path::Path;
 const BOUNDS: (Vec3, Vec3) = (Vec3::ZERO, Vec3::ONE);
 
 fn kinds() -> Vec<GuidingSettings> {
-    let methods = [GuidingMethod::Grid, GuidingMethod::Adaptive];
+    let methods = [GuidingMethod::Grid, GuidingMethod::Adaptive, GuidingMethod::Voronoi];
     let tables = [DirectionTable::Tree, DirectionTable::Hemisphere, DirectionTable::Sphere];
-    let settings =
-        |method, table| GuidingSettings { method, table, resolution: 4, refine_visits: 50.0, ..Default::default() };
-    methods.into_iter().flat_map(|method| tables.map(|table| settings(method, table))).collect()
+    let bounds = GuidingSettings { resolution: 4, refine_visits: 50.0, sites: 64, leaf_samples: 1000.0, ..Default::default() };
+    let settings = |method, table| GuidingSettings { method, table, ..bounds.clone() };
+    let tables = methods.into_iter().flat_map(|method| tables.map(|table| settings(method, table)));
+    tables.chain([settings(GuidingMethod::SdTree, DirectionTable::Tree)]).collect()
 }
 
 fn subject(settings: &GuidingSettings) -> Subject {
@@ -41,8 +42,13 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
     for _ in 0..visits {
         let (p, wi) = (place(rng), unit(rng));
         let wi = if wi.y < 0.0 { -wi } else { wi };
+        let jitter = [rng.f32(), rng.f32(), 0.5];
+        let Some(at) = guide.field().place(p, Vec3::Y, jitter) else {
+            recorder.push_point(p, Vec3::Y);
+            continue;
+        };
         recorder.push(Transition {
-            key: guide.field().place(p, Vec3::Y, [rng.f32(), rng.f32(), 0.5]).unwrap().drawn,
+            key: at.recorded,
             wi: PackedDirection::new(wi),
             normal: PackedDirection::new(Vec3::Y),
             target: (8.0 * wi.dot(p)).max(0.0).exp() * rng.f32(),

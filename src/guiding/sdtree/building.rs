@@ -1,14 +1,16 @@
 //! The quadtree that is being learnt: energy by direction, and how its cells follow it.
 
 use super::SdTreeSettings;
-use super::directional::{Branch, MAX_LEVELS, MAX_NODES, Node};
+use super::directional::{Branch, MAX_LEVELS, MAX_NODES, Node, are_in_order};
+use super::stored::amount;
+use serde::{Deserialize, Serialize};
 
 /// Side of the square in the units of filter boxes: half steps of an encoded direction, so that all areas are exact.
 const SQUARE: u32 = 1 << (MAX_LEVELS + 1);
 
 /// Energy (radiance over density, summed over samples) in the quadrants of a quadtree. Parents come before their
 /// children.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Building {
     branches: Vec<Branch>,
     energy: Vec<[f64; 4]>,
@@ -62,6 +64,12 @@ impl Building {
 
     pub fn nodes(&self) -> usize {
         self.branches.len()
+    }
+
+    /// Whether this is a quadtree with energies that can have been learnt.
+    pub fn is_sound(&self) -> bool {
+        let known = self.energy.len() == self.branches.len() && self.energy.iter().flatten().all(|&e| amount(e));
+        known && are_in_order(self.branches.iter().copied())
     }
 
     pub fn bytes(&self) -> usize {

@@ -5,6 +5,7 @@
 
 use crate::math::warp::atan_unit;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// Levels that the 16 bits of a coordinate suffice for.
@@ -47,7 +48,7 @@ fn decode([x, y]: [u32; 2]) -> Vec3 {
 
 /// Which quadrants of a node are divided further; their nodes follow one another from `base` on. Quadrant q is the
 /// half q & 1 of x, and the half q >> 1 of y.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Branch(u32);
 
 impl Branch {
@@ -69,9 +70,27 @@ impl Branch {
     }
 }
 
+/// Whether nodes with these branches, the root first, are a quadtree, breadth first, of no more levels than there can be.
+pub(super) fn are_in_order(branches: impl ExactSizeIterator<Item = Branch>) -> bool {
+    let count = branches.len();
+    // how many nodes are known of, and the node at which each level ends
+    let (mut known, mut level, mut end) = (1, 1, 1);
+    for (at, branch) in branches.enumerate() {
+        if at == end {
+            (level, end) = (level + 1, known);
+        }
+        let (base, mask) = ((branch.0 >> 4) as usize, branch.0 & 15);
+        if base != known || (mask != 0 && level == MAX_LEVELS) {
+            return false;
+        }
+        known += mask.count_ones() as usize;
+    }
+    known == count
+}
+
 /// A node in one word: the probability of the lower half of x, that of the lower half of y in either half of x, and
 /// the [`Branch`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Node(u64);
 
 impl Node {
@@ -81,6 +100,13 @@ impl Node {
         let shares = [share(a + c, b + d), share(a, c), share(b, d)];
         let packed = shares.iter().rev().fold(branch.0 as u64, |word, &s| word << SHARE_BITS | s as u64);
         Node(packed)
+    }
+
+    /// Whether these are the nodes of a quadtree, and their shares ones that can be drawn by.
+    pub(super) fn are_sound(nodes: &[Node]) -> bool {
+        let shares = |node: &Node| [node.lower_x(), node.lower_y(0), node.lower_y(1)];
+        nodes.iter().all(|node| shares(node).iter().all(|&share| share <= ONE))
+            && are_in_order(nodes.iter().map(|node| node.branch()))
     }
 
     #[inline]

@@ -1,5 +1,8 @@
 //! How many directions the BSDF draws, and how many the guide: learnt by gradient descent (Müller 2019).
 
+use super::stored::amount;
+use serde::{Deserialize, Serialize};
+
 /// Adam's step size, and how fast its two moments forget (Kingma & Ba 2015).
 const RATE: f64 = 0.01;
 const FORGET: [f64; 2] = [0.9, 0.999];
@@ -12,7 +15,7 @@ const LIMIT: f64 = 20.0;
 
 /// The fraction s = 1/(1 + e^−θ) of directions that are drawn from the BSDF. It descends the Kullback–Leibler
 /// divergence from the integrand's own (normalised) density to the mixture s·p_bsdf + (1 − s)·p_guide.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Fraction {
     start: f64,
     theta: f64,
@@ -30,6 +33,14 @@ impl Fraction {
         let fraction = fraction as f64;
         let start = (fraction / (1.0 - fraction)).ln().clamp(-LIMIT, LIMIT);
         Fraction { start, theta: start, moments: [0.0; 2], powers: [1.0; 2], mean: 0.0, count: 0 }
+    }
+
+    /// Whether these are numbers that learning can have come to.
+    pub fn is_sound(&self) -> bool {
+        let shares = |values: [f64; 2]| values.iter().all(|value| (0.0..=1.0).contains(value));
+        let logits = [self.start, self.theta].iter().all(|logit| logit.abs() <= LIMIT);
+        let moments = self.moments[0].is_finite() && amount(self.moments[1]);
+        logits && moments && shares(self.powers) && amount(self.mean) && (self.mean > 0.0 || self.count == 0)
     }
 
     /// The fraction now.

@@ -11,16 +11,19 @@ mod directional;
 mod fraction;
 mod refine;
 mod spatial;
+mod stored;
 #[cfg(test)]
 mod tests;
 
 pub use directional::{Quadtree, encode};
+pub use stored::StoredTree;
 
 use building::Building;
 use directional::{MAX_LEVELS, Node};
 use fraction::Fraction;
 use glam::Vec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use spatial::SpatialTree;
 use std::f64::consts::PI;
 
@@ -113,7 +116,7 @@ pub struct SdTree {
 }
 
 /// A leaf of the snapshot. The halves of a leaf share its quadtree until they have their own.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Frozen {
     /// Its quadtree in `SdTree::nodes`; without nodes, nothing is known.
     first: u32,
@@ -123,7 +126,7 @@ struct Frozen {
 }
 
 /// A leaf that learns.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Learner {
     /// In the spatial tree.
     node: u32,

@@ -101,6 +101,37 @@ impl SpatialTree {
         })
     }
 
+    /// The nodes, the root first.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// Takes the nodes of another tree in the same cube. Returns the node of each leaf, and its depth; `None`, and stays as
+    /// it is, where these are not a tree with the leaves 0 to `leaves`.
+    pub fn replaced(&mut self, nodes: Vec<u32>, leaves: usize) -> Option<Vec<(u32, u32)>> {
+        if leaves == 0 || nodes.len() + 1 != 2 * leaves {
+            return None;
+        }
+        let mut found = vec![None; leaves];
+        let mut open = vec![(0, 0)];
+        while let Some((at, depth)) = open.pop() {
+            let node = nodes[at as usize];
+            if node & LEAF != 0 {
+                let leaf = found.get_mut((node & !LEAF) as usize)?;
+                if leaf.replace((at, depth)).is_some() {
+                    return None;
+                }
+            } else if node > at && (node as usize) < nodes.len() - 1 && depth < MAX_DEPTH {
+                open.extend([(node, depth + 1), (node + 1, depth + 1)]);
+            } else {
+                return None;
+            }
+        }
+        let found = found.into_iter().collect::<Option<Vec<_>>>()?;
+        self.nodes = nodes;
+        Some(found)
+    }
+
     pub fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<u32>()
     }

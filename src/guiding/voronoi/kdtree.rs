@@ -3,6 +3,7 @@
 use super::Site;
 use super::agreement::{Bin, Bins, agree, bin};
 use glam::Vec3;
+use std::cmp::Ordering;
 
 /// Sites of a leaf at most.
 const LEAF: usize = 8;
@@ -45,7 +46,8 @@ impl Part {
 }
 
 impl Tree {
-    /// A tree of one site or more, all finite with unit normals.
+    /// A tree of one site or more, all finite with unit normals. The same sites make the same tree, in whatever order they
+    /// come.
     pub fn new(mut sites: Vec<Site>) -> Tree {
         let leaves = sites.len().div_ceil(LEAF).next_power_of_two();
         let mut nodes = vec![Node::default(); 2 * leaves];
@@ -138,6 +140,7 @@ impl Tree {
 /// their normals.
 fn build(sites: &mut [Site], nodes: &mut [Node], node: usize) -> Bins {
     if node >= nodes.len() / 2 {
+        sites.sort_unstable_by(|a, b| before(a, b, 0));
         nodes[node].bins = sites.iter().fold(0, |bins, site| bins | 1 << bin(site.n));
         return nodes[node].bins;
     }
@@ -145,10 +148,17 @@ fn build(sites: &mut [Site], nodes: &mut [Node], node: usize) -> Bins {
     let high = sites.iter().fold(Vec3::NEG_INFINITY, |high, site| high.max(site.p));
     let axis = (high - low).max_position();
     let middle = sites.len() / 2;
-    sites.select_nth_unstable_by(middle, |a, b| a.p[axis].total_cmp(&b.p[axis]));
+    sites.select_nth_unstable_by(middle, |a, b| before(a, b, axis));
     let split = sites[middle].p[axis];
     let (below, above) = sites.split_at_mut(middle);
     let bins = build(below, nodes, 2 * node) | build(above, nodes, 2 * node + 1);
     nodes[node] = Node { bins, split, axis: axis as u32 };
     bins
+}
+
+/// The order along an axis; sites that are level there go by their other coordinates, and then by their normals.
+fn before(a: &Site, b: &Site, axis: usize) -> Ordering {
+    let numbers = |site: &Site| site.p.to_array().into_iter().chain(site.n.to_array());
+    let others = || numbers(a).zip(numbers(b)).map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne());
+    a.p[axis].total_cmp(&b.p[axis]).then_with(|| others().unwrap_or(Ordering::Equal))
 }

@@ -21,9 +21,10 @@ use crate::geometry::Frame;
 use cells::Cells;
 use glam::Vec3;
 use kdtree::Tree;
+use serde::{Deserialize, Serialize};
 
 /// Where a state sits: `p` in world space, `n` the unit normal of the side that it is for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Site {
     pub p: Vec3,
     pub n: Vec3,
@@ -113,8 +114,9 @@ impl Voronoi {
     }
 }
 
-/// The site with a unit normal, where that can be said.
+/// The site with a unit normal, where that can be said. One that has such a normal stays as it is, to the bit: sites that
+/// come back from a file are those that went there.
 fn valid(site: Site) -> Option<Site> {
-    let n = site.n.try_normalize()?;
+    let n = if site.n.is_normalized() { site.n } else { site.n.try_normalize()? };
     (site.p.is_finite() && n.is_finite()).then_some(Site { p: site.p, n })
 }
