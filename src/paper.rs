@@ -63,6 +63,8 @@ pub struct Preset {
     pub view: &'static View,
     /// Degrees by which the whole scene is turned about +y.
     pub turn: f32,
+    /// Where Q is drawn beside what is traced, in [0, 1]² from the upper left corner of the picture.
+    pub shown: Option<[f64; 2]>,
     settings: &'static [&'static [&'static str]],
 }
 
@@ -107,13 +109,17 @@ const fn preset(
     view: &'static View,
     settings: &'static [&'static [&'static str]],
 ) -> Preset {
-    Preset { name, about, view, turn: 0.0, settings }
+    Preset { name, about, view, turn: 0.0, shown: None, settings }
 }
 
 /// Degrees that lay the scene `door` along the axes.
 const ALIGNED: f32 = -17.0;
 
-static PRESETS: [Preset; 20] = [
+/// On the floor in front of the gap, and on that of the half without a lamp: where little of what arrives is worth a ray.
+const DOOR_FLOOR: [f64; 2] = [0.62, 0.9];
+const WALL_FLOOR: [f64; 2] = [0.75, 0.85];
+
+static PRESETS: [Preset; 22] = [
     preset("fig1a", "learning, simple, progressive", &DOOR, &[SIMPLE, LEARNING, PROGRESSIVE]),
     preset("fig1b", "learning, full, progressive", &DOOR, &[FULL, LEARNING, PROGRESSIVE]),
     preset("fig1c", "learning, simple, in one go", &DOOR, &[SIMPLE, LEARNING, ONE_GO]),
@@ -123,6 +129,10 @@ static PRESETS: [Preset; 20] = [
     preset("fig1a-sphere", "fig1a with the sphere's table", &DOOR, &[SIMPLE, LEARNING, PROGRESSIVE, SPHERE]),
     preset("fig1a-constant", "fig1a with a rate of 0.1", &DOOR, &[SIMPLE, LEARNING, PROGRESSIVE, CONSTANT]),
     preset("fig1a-normals", "fig1a, cells told apart by normals", &DOOR, &[SIMPLE, LEARNING, PROGRESSIVE, NORMALS]),
+    Preset {
+        shown: Some(DOOR_FLOOR),
+        ..preset("fig1f", "fig1a, and Q before the door", &DOOR, &[SIMPLE, LEARNING, PROGRESSIVE])
+    },
     preset("fig2a", "learning, simple, progressive", &WALL, &[SIMPLE, LEARNING, PROGRESSIVE]),
     preset("fig2b", "learning, full, progressive", &WALL, &[FULL, LEARNING, PROGRESSIVE]),
     preset("fig2c", "learning, simple, in one go", &WALL, &[SIMPLE, LEARNING, ONE_GO]),
@@ -130,6 +140,10 @@ static PRESETS: [Preset; 20] = [
     preset("fig2e", "cosine, full, in one go", &WALL, &[FULL, NO_LEARNING, ONE_GO]),
     preset("fig2a-sphere", "fig2a with the sphere's table", &WALL, &[SIMPLE, LEARNING, PROGRESSIVE, SPHERE]),
     preset("fig2a-constant", "fig2a with a rate of 0.1", &WALL, &[SIMPLE, LEARNING, PROGRESSIVE, CONSTANT]),
+    Preset {
+        shown: Some(WALL_FLOOR),
+        ..preset("fig2f", "fig2a, and Q in the dark half", &WALL, &[SIMPLE, LEARNING, PROGRESSIVE])
+    },
     preset("fig3", "the door's leaf, sphere, no normals", &LEAF, &[SIMPLE, LEARNING, ONE_GO, SPHERE]),
     preset("fig3-hemisphere", "the same, hemisphere", &LEAF, &[SIMPLE, LEARNING, ONE_GO]),
     preset("fig3-normals", "fig3, cells told apart by normals", &LEAF, &[SIMPLE, LEARNING, ONE_GO, SPHERE, NORMALS]),

@@ -1,30 +1,26 @@
 //! `phototaxis inspect`: what the guide knows of the place behind a pixel, and how large it is.
 
+pub(super) mod pictures;
+
 use super::choices::Choices;
 use super::output::{check_writable, write_json};
 use super::render::{stop_flag, trained, warn, watched};
-use crate::film::exr::{self, Metadata, Window};
-use crate::film::image::{Image, Layer};
-use crate::film::png;
 use crate::guiding::file::Trained;
 use crate::guiding::{Guide, Survey};
-use crate::inspect::picture::{Chart, side_by_side};
 use crate::inspect::{Comparison, Layers, Radiance, Seen};
 use crate::render::Keeping;
 use crate::scene::description::{GuidingMethod, SceneDescription};
 use crate::scene::{Scene, file};
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
+use pictures::Pictures;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
 /// Version of the JSON's shape; a change that breaks readers raises it.
 const SCHEMA: u32 = 1;
-
-/// Share of the traced directions that are darker than what is shown white.
-const WHITE: f64 = 0.995;
 
 #[derive(Args)]
 pub struct InspectArguments {
@@ -98,7 +94,7 @@ pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
     let (guide, interrupted) = guide(arguments, &scene, &description)?;
     let (samples, seed) = (arguments.truth_samples, description.render.seed);
     let radiance = Radiance::new(&scene, &description.integrator, &guide, &seen, samples, seed);
-    let pictures = Pictures { folder: &arguments.output, scene: &scene, seed, samples };
+    let pictures = Pictures { folder: &arguments.output, prefix: "", scene: &scene, seed, samples };
     pictures.radiance(&guide, &seen, &radiance)?;
     pictures.states(&Layers::new(&scene, &guide))?;
     let report = report(arguments, &scene, &guide, &seen, radiance.compare());
@@ -186,52 +182,6 @@ impl Report {
         let decade = |d: &crate::guiding::Decade| line(&format!("visits {} to {}", d.from, d.to), d.states.to_string());
         lines.extend(g.visits.iter().map(decade));
         lines
-    }
-}
-
-/// Where pictures go, and what their headers say.
-struct Pictures<'a> {
-    folder: &'a Path,
-    scene: &'a Scene,
-    seed: u64,
-    samples: u32,
-}
-
-impl Pictures<'_> {
-    /// Learnt beside traced, over the sphere and over the state's hemisphere.
-    fn radiance(&self, guide: &Guide, seen: &Seen, radiance: &Radiance) -> Result<()> {
-        let (view, normal) = (seen.state(guide).and_then(|key| guide.view(key)), seen.normal());
-        let learnt = |w| view.as_ref()?.q(normal, w);
-        let traced = |w| radiance.traced(w);
-        let white = radiance.quantile(WHITE).max(f32::MIN_POSITIVE);
-        let charts = [
-            ("latlong", Chart::lat_long(learnt), Chart::lat_long(traced)),
-            ("hemisphere", Chart::disk(&radiance.frame, learnt), Chart::disk(&radiance.frame, traced)),
-        ];
-        for (name, learnt, traced) in &charts {
-            let layers =
-                [("learnt", learnt), ("traced", traced)].map(|(name, c)| Layer::scalar(name, "Y", c.or_zero()));
-            self.write(name, &side_by_side(learnt, traced, white), (learnt.width, learnt.height), layers.into())?;
-        }
-        Ok(())
-    }
-
-    /// Which state each pixel shows.
-    fn states(&self, layers: &Layers) -> Result<()> {
-        let image = layers.false_colours();
-        self.write("states", &image, (image.width, image.height), layers.channels())
-    }
-
-    fn write(&self, name: &str, image: &Image, (width, height): (usize, usize), layers: Vec<Layer>) -> Result<()> {
-        let path = self.folder.join(name);
-        let metadata = Metadata {
-            scene_hash: self.scene.hash_text(),
-            samples_per_pixel: self.samples,
-            seed: self.seed,
-            ..Metadata::default()
-        };
-        png::write(&path.with_extension("png"), image, 0.0)?;
-        Ok(exr::write(&path.with_extension("exr"), &Window::full(width, height), layers, &metadata)?)
     }
 }
 

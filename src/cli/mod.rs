@@ -11,6 +11,7 @@ mod inspect;
 mod output;
 mod paper;
 mod progress;
+mod rates;
 mod render;
 mod report;
 
@@ -44,6 +45,8 @@ enum Command {
     Compare(Box<compare::CompareArguments>),
     /// Render the pictures of Tan's paper on the project's own scenes, with a table of what they cost.
     Paper(paper::PaperArguments),
+    /// Chart how near each learning rule and rate comes to a light field that is known, by visits.
+    Rates(rates::RatesArguments),
     /// Write the project's own scenes.
     Generate(generate::GenerateArguments),
 }
@@ -57,6 +60,7 @@ pub fn run() -> ExitCode {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::Rates(arguments) => rates::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
     };
     result.unwrap_or_else(|error| {

@@ -2,12 +2,15 @@
 
 mod table;
 
+use super::inspect::pictures::Pictures;
 use super::output::Outputs;
 use super::render::{stop_flag, subject, watched};
 use super::report::{Context, Report};
-use crate::film::exr::{self, Metadata, Window, read_rgb};
-use crate::film::image::{Image, Layer};
+use crate::compare::reference::Growing;
+use crate::film::exr::read_rgb;
+use crate::film::image::Image;
 use crate::generate;
+use crate::inspect::{Comparison, Radiance, Seen};
 use crate::paper::{Preset, View, presets};
 use crate::render::{Keeping, Rendering};
 use crate::scene::description::SceneDescription;
@@ -20,8 +23,11 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use table::Row;
 
-const NOTES: &str = "Writes NAME.png, NAME.exr and NAME.json for each preset, the scenes, and the references; a table of all \
-    goes to standard output and, as JSON, to paper.json. A reference-VIEW.exr that is there already, and of the right \
+/// Paths that are traced for each direction of the truth that Q is drawn beside.
+const TRUTH_SAMPLES: u32 = 256;
+
+const NOTES: &str = "Writes NAME.png, NAME.exr and NAME.json for each preset, the scenes, and the references, and where Q is \
+    shown NAME-latlong and NAME-hemisphere, learnt beside traced; a table of all goes to standard output and, as JSON, to paper.json. A reference-VIEW.exr that is there already, and of the right \
     size, is used as it is. The paper's number of samples is --spp 1024. What came of it: docs/paper.md.";
 
 #[derive(Args)]
@@ -110,14 +116,39 @@ impl Studio<'_> {
         preset.place(&mut description);
         let named = |extension: &str| out.join(format!("{}.{extension}", preset.name));
         let outputs = Outputs::new(&[named("png"), named("exr")], Some(&named("json")), None, &path)?;
-        let (scene, rendering) = self.render(preset.name, &description)?;
+        let keeping = Keeping { from: None, keep: preset.shown.is_some() };
+        let (scene, rendering) = self.render(preset.name, &description, keeping)?;
         let context = self.context(&scene, &path, &description);
         let report = Report::new(&context, &rendering);
         outputs.write(&context, &description, &rendering, &report)?;
         if self.stopped() {
             return Ok(None);
         }
-        Ok(Some(Row::new(preset, &rendering, &self.references[preset.view.name])?))
+        let show = |at| self.show(preset, at, &scene, &description, &rendering);
+        let q = preset.shown.map(show).transpose()?;
+        Ok(Some(Row::new(preset, &rendering, &self.references[preset.view.name], q)?))
+    }
+
+    /// Draws what was learnt at a place of the picture beside what is traced there.
+    fn show(
+        &self,
+        preset: &Preset,
+        at: [f64; 2],
+        scene: &Scene,
+        description: &SceneDescription,
+        rendering: &Rendering,
+    ) -> Result<Comparison> {
+        let guide = rendering.guide.as_ref().context("there is no guide to look at")?;
+        let sides = [scene.camera.width, scene.camera.height];
+        let [x, y] = [0, 1].map(|axis| (at[axis] * f64::from(sides[axis])) as u32);
+        let seen =
+            Seen::through(scene, x, y).with_context(|| format!("behind pixel {x},{y} there is nothing to learn"))?;
+        let seed = self.arguments.seed;
+        let radiance = Radiance::new(scene, &description.integrator, guide, &seen, TRUTH_SAMPLES, seed);
+        let prefix = format!("{}-", preset.name);
+        let pictures = Pictures { folder: &self.arguments.out, prefix: &prefix, scene, seed, samples: TRUTH_SAMPLES };
+        pictures.radiance(guide, &seen, &radiance)?;
+        Ok(radiance.compare())
     }
 
     /// The scene's file in the folder of results, written if it is missing.
@@ -159,22 +190,23 @@ impl Studio<'_> {
         overrides.push(format!("render.spp={}", self.arguments.reference_spp));
         overrides.push(format!("render.seed={}", self.arguments.seed + 1));
         let (description, _) = file::load(scene, &overrides)?;
-        let (scene, rendering) = self.render(&format!("the reference of {}", view.name), &description)?;
+        let (scene, rendering) =
+            self.render(&format!("the reference of {}", view.name), &description, Keeping::default())?;
         if self.stopped() {
             return Ok(false);
         }
-        let image = Image { width, height, data: rendering.estimate.mean.clone() };
-        write_reference(&path, &scene, &rendering, self.arguments.seed + 1)?;
-        self.references.insert(view.name, image);
+        let reference = Growing::from(rendering);
+        reference.write(&path, &scene, self.arguments.seed + 1)?;
+        self.references.insert(view.name, reference.into_reference().image);
         Ok(true)
     }
 
-    fn render(&self, what: &str, description: &SceneDescription) -> Result<(Scene, Rendering)> {
+    fn render(&self, what: &str, description: &SceneDescription, keeping: Keeping) -> Result<(Scene, Rendering)> {
         if !self.arguments.quiet {
             eprintln!("rendering {what}");
         }
         let (scene, _) = Scene::load(description, self.arguments.threads)?;
-        let rendering = watched(&scene, description, Keeping::default(), self.arguments.quiet, self.stop);
+        let rendering = watched(&scene, description, keeping, self.arguments.quiet, self.stop);
         Ok((scene, rendering))
     }
 
@@ -190,20 +222,6 @@ impl Studio<'_> {
             guide_layers: None,
         }
     }
-}
-
-/// With its variance, so that `phototaxis error` can say what noise is the reference's own.
-fn write_reference(path: &Path, scene: &Scene, rendering: &Rendering, seed: u64) -> Result<()> {
-    let e = &rendering.estimate;
-    let layers = vec![Layer::color("", &e.mean), Layer::color("variance", &e.variance)];
-    let metadata = Metadata {
-        scene_hash: scene.hash_text(),
-        samples_per_pixel: e.samples,
-        render_time_seconds: rendering.seconds as f32,
-        seed,
-        extra: BTreeMap::new(),
-    };
-    Ok(exr::write(path, &Window::full(e.width as usize, e.height as usize), layers, &metadata)?)
 }
 
 fn scale(text: &str) -> Result<f64, String> {

@@ -6,7 +6,7 @@ use crate::film::accumulate::Estimate;
 use crate::film::exr::{self, Attribute, Metadata, Window, read_layers, read_rgb};
 use crate::film::image::{Image, Layer};
 use crate::math::Rgb;
-use crate::render::{self, Progress};
+use crate::render::{self, Progress, Rendering};
 use crate::scene::Scene;
 use crate::scene::description::{Combine, GuidingMethod, Order, SceneDescription};
 use crate::{Error, Result};
@@ -19,7 +19,7 @@ use std::path::Path;
 const FIRST: u32 = 16;
 
 /// Seeds of references are far from those of runs.
-const SEEDS: u64 = 1 << 60;
+pub const SEEDS: u64 = 1 << 60;
 
 /// A render that is added to until it is good enough.
 pub struct Growing {
@@ -172,24 +172,33 @@ impl Growing {
         }
     }
 
-    /// Keeps it, with its variance.
+    /// Keeps it, with its variance, so that an error can be told from the reference's own noise. `seed` is the one that it
+    /// was rendered with, or the first of several.
     ///
     /// # Errors
     /// All failures to write.
-    pub fn write(&self, path: &Path, scene: &Scene) -> Result<()> {
+    pub fn write(&self, path: &Path, scene: &Scene, seed: u64) -> Result<()> {
         let image = &self.image;
         let layers = vec![Layer::color("", &image.data), Layer::color("variance", &self.variance)];
         let metadata = Metadata {
             scene_hash: scene.hash_text(),
             samples_per_pixel: self.samples,
             render_time_seconds: self.seconds as f32,
-            seed: SEEDS,
+            seed,
             extra: BTreeMap::new(),
         };
         exr::write(path, &Window::full(image.width, image.height), layers, &metadata)
     }
 
+    /// The reference as it is.
     pub fn into_reference(self) -> Reference {
         Reference { image: self.image, variance: Some(self.variance) }
+    }
+}
+
+/// What one render alone makes of it.
+impl From<Rendering> for Growing {
+    fn from(rendering: Rendering) -> Growing {
+        Growing::merged(None, rendering.estimate, rendering.seconds)
     }
 }

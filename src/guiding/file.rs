@@ -4,8 +4,8 @@
 //! (`u64`), the body, and the CRC-32 (IEEE 802.3) of all before it. The body is a [`Header`], and then what was learnt,
 //! both in the wire format of the crate `postcard`.
 
-use super::stored::Stored;
 use super::Guide;
+use super::stored::Stored;
 use crate::film::atomic::write_atomically;
 use crate::math::rng::mix;
 use crate::scene::description::{DirectionTable, GuidingMethod, GuidingSettings, IntegratorSettings};

@@ -1,7 +1,7 @@
 //! What of a guide outlives a render: all that it has learnt, and nothing that can be made of that again.
 
-use super::leaves::Leaves;
 use super::learner::{Learner, Table};
+use super::leaves::Leaves;
 use super::qtable::{Actions, Returns, State};
 use super::sdtree::StoredTree;
 use super::states::States;

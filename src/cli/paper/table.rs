@@ -3,6 +3,7 @@
 use crate::film::atomic::write_atomically;
 use crate::film::compare::{Errors, compare};
 use crate::film::image::Image;
+use crate::inspect::Comparison;
 use crate::integrator::Counters;
 use crate::paper::{Preset, View};
 use crate::render::{IterationReport, Rendering};
@@ -35,10 +36,13 @@ pub struct Row {
     parts: [&'static str; 2],
     relmse_trimmed_of_parts: [f64; 2],
     smape_of_parts: [f64; 2],
+    /// Learnt against traced, where Q is shown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    q: Option<Comparison>,
 }
 
 impl Row {
-    pub fn new(preset: &Preset, rendering: &Rendering, reference: &Image) -> Result<Row> {
+    pub fn new(preset: &Preset, rendering: &Rendering, reference: &Image, q: Option<Comparison>) -> Result<Row> {
         let e = &rendering.estimate;
         let image = Image { width: e.width as usize, height: e.height as usize, data: e.mean.clone() };
         let total = super::super::report::total(&rendering.iterations);
@@ -64,6 +68,7 @@ impl Row {
             parts: preset.view.parts,
             relmse_trimmed_of_parts: parts.map(|errors| errors.relmse_trimmed),
             smape_of_parts: parts.map(|errors| errors.smape),
+            q,
         })
     }
 

@@ -3,7 +3,7 @@
 use super::{Atelier, Event, limit, picture};
 use crate::compare::measure;
 use crate::compare::plan::Budget;
-use crate::compare::reference::{self, Growing, Growth};
+use crate::compare::reference::{self, Growing, Growth, SEEDS};
 use crate::compare::stage::settings;
 use crate::compare::store::Store;
 use crate::render::Progress;
@@ -37,7 +37,7 @@ impl Atelier<'_> {
         };
         let growth = Growth { wanted, time: self.plan.reference_time, observer: &mut observer };
         let Some(grown) = Growing::grow(found, loaded, description, growth) else { return Ok(false) };
-        grown.write(&path, loaded)?;
+        grown.write(&path, loaded, SEEDS)?;
         if !go_on {
             return Ok(false);
         }

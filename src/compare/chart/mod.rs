@@ -8,6 +8,7 @@ mod plot;
 mod raster;
 mod svg;
 
+pub use plot::{Labels, Point, Series, plot};
 pub use raster::png;
 
 use super::cell::Cell;
@@ -41,7 +42,7 @@ pub fn charts(plan: &Plan, store: &Store, cells: &[Cell]) -> Vec<Chart> {
 /// How a method is drawn: colours that colour-blind readers tell apart (Okabe & Ito 2008, darkened where white paper asks
 /// for it); where these are used up, with other dashes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Style {
+pub struct Style {
     color: &'static str,
     dashes: &'static str,
 }
@@ -49,7 +50,8 @@ struct Style {
 const COLORS: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#a6448a", "#c98a00", "#56b4e9", "#333333", "#8a6f4d"];
 const DASHES: [&str; 4] = ["", "6 3", "2 3", "8 3 2 3"];
 
-fn style(method: usize) -> Style {
+/// The style of a chart's n-th method.
+pub fn style(method: usize) -> Style {
     Style { color: COLORS[method % COLORS.len()], dashes: DASHES[method / COLORS.len() % DASHES.len()] }
 }
 

@@ -8,7 +8,7 @@ use serde_json::Value;
 fn the_list_names_every_picture_of_the_paper() {
     let here = folder();
     let list = stdout(&phototaxis(here.path()).args(["paper", "--list"]).assert().code(0).get_output().clone());
-    for name in ["fig1a", "fig1b", "fig1c", "fig1d", "fig1e", "fig2a", "fig2d", "fig3", "fig3-normals"] {
+    for name in ["fig1a", "fig1b", "fig1c", "fig1d", "fig1e", "fig1f", "fig2a", "fig2d", "fig3", "fig3-normals"] {
         assert!(list.lines().any(|line| line.split(' ').next() == Some(name)), "{name} is missing in:\n{list}");
     }
     assert!(names(here.path()).is_empty());
@@ -67,4 +67,36 @@ fn an_unknown_preset_is_refused_before_anything_is_rendered() {
     let output = phototaxis(here.path()).args(arguments).assert().code(1).get_output().clone();
     assert!(stderr(&output).contains("fig9") && stderr(&output).contains("fig1a"), "{}", stderr(&output));
     assert!(names(here.path()).is_empty());
+}
+
+#[test]
+fn what_was_learnt_is_drawn_beside_what_is_traced() {
+    let here = folder();
+    let small = ["--scale", "0.1", "--spp", "64", "--reference-spp", "8", "--only", "fig1f", "-q"];
+    phototaxis(here.path()).arg("paper").args(small).assert().code(0);
+    for name in ["fig1f-latlong.png", "fig1f-latlong.exr", "fig1f-hemisphere.png", "fig1f-hemisphere.exr"] {
+        assert!(here.path().join("paper").join(name).exists(), "{name} is missing");
+    }
+    let rows: Value = serde_json::from_slice(&std::fs::read(here.path().join("paper/paper.json")).unwrap()).unwrap();
+    let q = &rows[0]["q"];
+    let positive = |key: &str| q[key].as_f64().unwrap() > 0.0;
+    assert!(positive("learnt_irradiance") && positive("traced_irradiance") && positive("directions"), "{q}");
+}
+
+#[test]
+fn rates_are_charted_against_visits() {
+    let here = folder();
+    let output = phototaxis(here.path()).args(["rates", "--spp", "7"]).assert().code(0).get_output().clone();
+    assert!(
+        stdout(&output).lines().filter(|line| line.starts_with("vanishing rate")).count() >= 2,
+        "{}",
+        stdout(&output)
+    );
+    let curves: Value = serde_json::from_slice(&std::fs::read(here.path().join("rates/rates.json")).unwrap()).unwrap();
+    assert_eq!(curves.as_array().unwrap().len(), 6);
+    for name in ["rates.svg", "rates.png"] {
+        assert!(std::fs::metadata(here.path().join("rates").join(name)).unwrap().len() > 1000, "{name}");
+    }
+    let wrong = phototaxis(here.path()).args(["rates", "--albedo", "1"]).assert().code(2).get_output().clone();
+    assert!(stderr(&wrong).contains("not including, 1"), "{}", stderr(&wrong));
 }

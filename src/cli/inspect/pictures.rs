@@ -1,0 +1,63 @@
+//! What a guide knows, as pictures in PNG and EXR.
+
+use crate::film::exr::{self, Metadata, Window};
+use crate::film::image::{Image, Layer};
+use crate::film::png;
+use crate::guiding::Guide;
+use crate::inspect::picture::{Chart, side_by_side};
+use crate::inspect::{Layers, Radiance, Seen};
+use crate::scene::Scene;
+use anyhow::Result;
+use std::path::Path;
+
+/// Share of the traced directions that are darker than what is shown white.
+const WHITE: f64 = 0.995;
+
+/// Where pictures go, and what their headers say.
+pub struct Pictures<'a> {
+    pub folder: &'a Path,
+    /// Before the names of all files.
+    pub prefix: &'a str,
+    pub scene: &'a Scene,
+    pub seed: u64,
+    /// Paths for each direction of the truth.
+    pub samples: u32,
+}
+
+impl Pictures<'_> {
+    /// Learnt beside traced, over the sphere and over the state's hemisphere.
+    pub fn radiance(&self, guide: &Guide, seen: &Seen, radiance: &Radiance) -> Result<()> {
+        let (view, normal) = (seen.state(guide).and_then(|key| guide.view(key)), seen.normal());
+        let learnt = |w| view.as_ref()?.q(normal, w);
+        let traced = |w| radiance.traced(w);
+        let white = radiance.quantile(WHITE).max(f32::MIN_POSITIVE);
+        let charts = [
+            ("latlong", Chart::lat_long(learnt), Chart::lat_long(traced)),
+            ("hemisphere", Chart::disk(&radiance.frame, learnt), Chart::disk(&radiance.frame, traced)),
+        ];
+        for (name, learnt, traced) in &charts {
+            let layers =
+                [("learnt", learnt), ("traced", traced)].map(|(name, c)| Layer::scalar(name, "Y", c.or_zero()));
+            self.write(name, &side_by_side(learnt, traced, white), (learnt.width, learnt.height), layers.into())?;
+        }
+        Ok(())
+    }
+
+    /// Which state each pixel shows.
+    pub fn states(&self, layers: &Layers) -> Result<()> {
+        let image = layers.false_colours();
+        self.write("states", &image, (image.width, image.height), layers.channels())
+    }
+
+    fn write(&self, name: &str, image: &Image, (width, height): (usize, usize), layers: Vec<Layer>) -> Result<()> {
+        let path = self.folder.join(format!("{}{name}", self.prefix));
+        let metadata = Metadata {
+            scene_hash: self.scene.hash_text(),
+            samples_per_pixel: self.samples,
+            seed: self.seed,
+            ..Metadata::default()
+        };
+        png::write(&path.with_extension("png"), image, 0.0)?;
+        Ok(exr::write(&path.with_extension("exr"), &Window::full(width, height), layers, &metadata)?)
+    }
+}
