@@ -82,12 +82,17 @@ pub struct Learner {
     rate: Rate,
     /// Bytes that all shards together may hold.
     memory: usize,
+    /// How much larger than the settings' the share of light is for which trees are cut, so that there is room for all.
+    coarseness: f32,
 }
+
+/// Share of the memory up to which trees grow: the rest is for states yet to be met.
+const TREES_SHARE: f64 = 0.75;
 
 impl Learner {
     pub fn new(table: Table, oriented: bool, rate: Rate, memory: usize) -> Learner {
         let shards = (0..SHARDS).map(|_| Shard::default()).collect();
-        Learner { shards, table, oriented, rate, memory }
+        Learner { shards, table, oriented, rate, memory, coarseness: 1.0 }
     }
 
     /// Folds what the tiles recorded, in the order of `recorders`; shards are independent, so the result is the
@@ -109,23 +114,26 @@ impl Learner {
         });
     }
 
-    /// Cuts tables anew where the light is. Comes between two iterations, before the snapshot is taken.
+    /// Cuts tables anew where the light is. Comes between two iterations, before the snapshot is taken. Where all trees
+    /// together would be too large, they are cut for twice the share of light, and so on.
     pub fn refine_actions(&mut self) {
         let Table::Tree(shape) = &self.table else { return };
-        let room = self.memory / SHARDS;
-        self.shards.par_iter_mut().for_each(|shard| {
-            let mut left = room.saturating_sub(shard.bytes());
-            for state in shard.states_mut() {
-                let before = state.bytes();
-                let Actions::Tree(cells) = &mut state.actions else { continue };
-                let refined = shape.refine(cells);
-                if refined.bytes() <= cells.bytes() + left {
-                    *cells = refined;
-                    left = (left + before).saturating_sub(state.bytes());
-                }
+        let most = (self.memory as f64 * TREES_SHARE) as usize;
+        let forms = loop {
+            let shape = shape.coarser(self.coarseness);
+            let refined = |state: &State| state.tree().map(|cells| shape.refine(cells));
+            let forms = |shard: &Shard| shard.states().iter().map(refined).collect::<Vec<_>>();
+            let forms: Vec<Vec<_>> = self.shards.par_iter().map(forms).collect();
+            let fixed = bytes_besides_actions() * self.states().count();
+            let bytes = fixed + forms.iter().flatten().flatten().map(Cells::bytes).sum::<usize>();
+            // beyond 1, a share cuts nothing
+            if bytes <= most || shape.is_coarsest() {
+                break forms;
             }
-            shard.count_bytes();
-        });
+            self.coarseness *= 2.0;
+        };
+        let room = self.memory / SHARDS;
+        self.shards.par_iter_mut().zip(forms).for_each(|(shard, forms)| shard.reshape(forms, room));
     }
 
     /// Begins an iteration, once the snapshot is taken: earlier visits keep only a share of their weight. Early targets

@@ -78,6 +78,14 @@ impl State {
             }
     }
 
+    /// The tree of its directions, where they are held so.
+    pub fn tree(&self) -> Option<&Cells> {
+        match &self.actions {
+            Actions::Tree(cells) => Some(cells),
+            Actions::Strata(_) => None,
+        }
+    }
+
     pub fn entries(&self) -> &[Entry] {
         match &self.actions {
             Actions::Strata(entries) => entries,
@@ -134,6 +142,20 @@ impl Shard {
         self.states.retain(keep);
         self.states.shrink_to_fit();
         self.rows = self.states.iter().enumerate().map(|(row, state)| (state.key, row as u32)).collect();
+        self.count_bytes();
+    }
+
+    /// Gives each state the tree that `forms` has for it, as long as all of them take `room` bytes at most.
+    pub fn reshape(&mut self, forms: Vec<Option<Cells>>, room: usize) {
+        let mut left = room.saturating_sub(self.bytes);
+        for (state, form) in self.states.iter_mut().zip(forms) {
+            let (before, Some(form)) = (state.bytes(), form) else { continue };
+            let now = state.tree().map_or(0, Cells::bytes);
+            if form.bytes() <= now + left {
+                state.actions = Actions::Tree(form);
+                left = (left + before).saturating_sub(state.bytes());
+            }
+        }
         self.count_bytes();
     }
 

@@ -1,4 +1,5 @@
-//! Where states of an adaptive grid are cut: visits must be many enough to fill the parts, and neighbours must differ.
+//! Where states of an adaptive grid are cut: visits must be many enough to fill the parts, neighbours must differ, and
+//! there must be room.
 
 use super::learner::Learner;
 use super::qtable::{Returns, State};
@@ -20,17 +21,30 @@ struct Cell {
     visits: f32,
     difference: f32,
     pairs: f32,
+    bytes: usize,
 }
+
+/// Share of the memory up to which cells are cut: the rest is for trees to grow, and for states yet to be met.
+const CELLS_SHARE: f64 = 0.5;
 
 /// Cuts coarse cells where it pays; the parts begin with what the whole knew. States that inherited and were not met
 /// in the whole iteration since are dropped; those that were once met stay, as another camera's may have been.
 pub fn refine(adaptive: &mut Adaptive, learner: &mut Learner, limits: Limits) {
     learner.replace(|state| (!state.met).then(Vec::new));
     let cells = survey(adaptive, learner);
-    for (coarse, cell) in cells.iter().enumerate() {
+    let pays = |cell: &Cell| {
         let differs = cell.pairs == 0.0 || cell.difference > limits.difference * cell.pairs;
-        if cell.visits > limits.visits * cell.states && differs {
-            adaptive.refine(coarse);
+        cell.visits > limits.visits * cell.states && differs
+    };
+    let mut paying: Vec<(usize, &Cell)> = cells.iter().enumerate().filter(|(_, cell)| pays(cell)).collect();
+    // where there is not room for all, the most visited states come first
+    paying.sort_by(|(_, a), (_, b)| (b.visits / b.states).total_cmp(&(a.visits / a.states)));
+    let mut room = (learner.memory() as f64 * CELLS_SHARE) as usize;
+    room = room.saturating_sub(learner.bytes());
+    for (coarse, cell) in paying {
+        let growth = 7 * cell.bytes;
+        if growth <= room && adaptive.refine(coarse) {
+            room -= growth;
         }
     }
     let adaptive = &*adaptive;
@@ -43,6 +57,7 @@ fn survey(adaptive: &Adaptive, learner: &Learner) -> Vec<Cell> {
         let cell = &mut cells[adaptive.coarse_of(state.key)];
         cell.states += 1.0;
         cell.visits += state.fresh;
+        cell.bytes += state.bytes();
         let own = profile(learner, state);
         for neighbour in state.key.neighbours().filter_map(|key| learner.get(key)) {
             let other = profile(learner, neighbour);

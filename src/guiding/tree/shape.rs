@@ -34,6 +34,16 @@ impl TreeShape {
         TreeShape { cosines, share, visits }
     }
 
+    /// The same for a share that is `factor` times as large.
+    pub fn coarser(&self, factor: f32) -> TreeShape {
+        TreeShape { share: self.share * factor, ..self.clone() }
+    }
+
+    /// Whether no cell can hold more light than it takes to be cut.
+    pub fn is_coarsest(&self) -> bool {
+        self.share >= 1.0
+    }
+
     fn cosine(&self, place: Place) -> f32 {
         self.cosines[place.depth - 1][(place.y * place.side() + place.x) as usize]
     }
