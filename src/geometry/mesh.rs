@@ -1,9 +1,11 @@
 //! Triangle meshes, indexed like OBJ: positions, normals and texture coordinates each with their own indices.
 
+use glam::Vec3;
+
 /// The index of "this triangle has none".
 pub const ABSENT: u32 = u32::MAX;
 
-/// A triangle mesh in world space.
+/// A triangle mesh, in world space or in that of its group.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     pub positions: Vec<[f32; 3]>,
@@ -23,6 +25,12 @@ pub struct Attribute<T> {
 }
 
 impl Mesh {
+    /// A triangle's corners, counter-clockwise seen from outside.
+    #[inline]
+    pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|i| Vec3::from(self.positions[i as usize]))
+    }
+
     /// Texture coordinates of a triangle at the barycentric weights `u`, `v` of its second and third corner; the
     /// weights themselves where it has none.
     #[inline]

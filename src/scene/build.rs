@@ -1,0 +1,72 @@
+//! From meshes to what answers ray queries.
+
+use super::description::SceneDescription;
+use super::instances::Instances;
+use super::material::{Material, opacity_test};
+use super::texture::Texture;
+use crate::embree::{self, Device, Instance, SceneBuilder};
+use crate::geometry::{Mesh, Placement};
+use crate::{Error, Result};
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// What acceleration structures are made with.
+pub(super) struct Build<'a> {
+    pub device: Arc<Device>,
+    pub robust: bool,
+    pub materials: &'a Arc<Vec<Material>>,
+    pub textures: &'a Arc<Vec<Texture>>,
+}
+
+impl Build<'_> {
+    /// The scene's own meshes, its instances, and the structure over both: first the meshes, then the instances.
+    /// `meshes` are those of the description, in its order.
+    pub fn world(
+        &self,
+        description: &SceneDescription,
+        meshes: Vec<Mesh>,
+    ) -> Result<(Vec<Arc<Mesh>>, Instances, embree::Scene)> {
+        let (own, names, groups) = sort(description, meshes);
+        let shared = groups.iter().map(|group| Ok(Arc::new(self.start(group)?.commit()?)));
+        let shared = shared.collect::<Result<Vec<_>>>()?;
+        let mut world = self.start(&own)?;
+        let mut instances = Instances::new(groups, own.len() as u32);
+        for instance in &description.instances {
+            let group = *names.get(&*instance.group).ok_or_else(|| no_group(&instance.group))?;
+            world.add_instance(Instance { scene: shared[group].clone(), to_world: instance.transform })?;
+            instances.push(group, Placement::new(instance.transform))?;
+        }
+        Ok((own, instances, world.commit()?))
+    }
+
+    /// A structure of these meshes, in their order.
+    fn start(&self, meshes: &[Arc<Mesh>]) -> Result<SceneBuilder> {
+        let mut builder = SceneBuilder::new(&self.device, self.robust)?;
+        for mesh in meshes {
+            builder.add_mesh(mesh.clone(), opacity_test(mesh, self.materials, self.textures))?;
+        }
+        Ok(builder)
+    }
+}
+
+fn no_group(name: &str) -> Error {
+    Error::Scene(format!("an instance is of the group `{name}`, to which no mesh belongs"))
+}
+
+/// The scene's own meshes; number by name of each group; the meshes of each group.
+fn sort(
+    description: &SceneDescription,
+    meshes: Vec<Mesh>,
+) -> (Vec<Arc<Mesh>>, FxHashMap<&str, usize>, Vec<Vec<Arc<Mesh>>>) {
+    let (mut own, mut names, mut groups) = (Vec::new(), FxHashMap::default(), Vec::<Vec<Arc<Mesh>>>::new());
+    for (mesh, said) in meshes.into_iter().map(Arc::new).zip(&description.meshes) {
+        let Some(name) = &said.group else {
+            own.push(mesh);
+            continue;
+        };
+        let group = *names.entry(name.as_str()).or_insert(groups.len());
+        groups.resize_with(groups.len().max(group + 1), Vec::new);
+        groups[group].push(mesh);
+    }
+    (own, names, groups)
+}
