@@ -100,7 +100,7 @@ fn extent([a, b, c]: [Vec3; 3]) -> Vec3 {
 
 #[inline]
 fn corner_normals(mesh: &Mesh, hit: &Hit) -> Option<[Vec3; 3]> {
-    let normals = mesh.normals.as_ref()?.corners(hit.primitive as usize)?;
+    let normals = mesh.normals.as_ref()?.corners(&mesh.triangles, hit.primitive as usize)?;
     Some(normals.map(Vec3::from))
 }
 

