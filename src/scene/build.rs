@@ -4,7 +4,7 @@ use super::description::SceneDescription;
 use super::instances::Instances;
 use super::material::{Material, opacity_test};
 use super::texture::Texture;
-use crate::embree::{self, Device, Instance, SceneBuilder};
+use crate::embree::{self, Device, Instance, LARGEST_COORDINATE, SceneBuilder};
 use crate::geometry::{Mesh, Placement};
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
@@ -33,8 +33,12 @@ impl Build<'_> {
         let mut instances = Instances::new(groups, own.len() as u32);
         for instance in &description.instances {
             let group = *names.get(&*instance.group).ok_or_else(|| no_group(&instance.group))?;
+            let placement = Placement::new(instance.transform);
+            // Nothing is seen of a group without triangles.
+            let Some((low, high)) = shared[group].bounds() else { continue };
+            check_reach(placement.reach(low.abs().max(high.abs())), &instance.group)?;
             world.add_instance(Instance { scene: shared[group].clone(), to_world: instance.transform })?;
-            instances.push(group, Placement::new(instance.transform))?;
+            instances.push(group, placement)?;
         }
         Ok((own, instances, world.commit()?))
     }
@@ -47,6 +51,13 @@ impl Build<'_> {
         }
         Ok(builder)
     }
+}
+
+fn check_reach(reach: f32, group: &str) -> Result<()> {
+    if reach <= LARGEST_COORDINATE {
+        return Ok(());
+    }
+    Err(Error::Scene(format!("an instance of the group `{group}` reaches beyond coordinates of 1.8e18")))
 }
 
 fn no_group(name: &str) -> Error {

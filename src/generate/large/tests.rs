@@ -80,7 +80,7 @@ fn every_emitter_faces_away_from_its_body() {
         generate(name, FEW, folder.path()).unwrap();
         let scene = load(folder.path(), name);
         let (mut seen, mut rng) = (0, crate::math::rng::Rng::new(9));
-        for _ in 0..2000 {
+        for _ in 0..60_000 {
             let p = Vec3::new(30.0 * (rng.f32() - 0.5), 3.0, 30.0 * (rng.f32() - 0.5));
             let Some(light) = scene.lights().sample(p, rng.f64(), rng.f32x2()) else { continue };
             let Some(surface) = light.surface else { continue };

@@ -216,3 +216,22 @@ fn a_thousand_places_cost_little_more_than_one() {
     assert!(one > 300_000 && thousand < 2 * one + 600_000, "{one} and {thousand} bytes");
     assert_eq!(scene.instances.meshes().count(), 1);
 }
+
+#[test]
+fn empty_groups_are_not_seen_and_places_out_of_reach_are_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    load(folder.path(), "[[mesh]]\npath = 'floor.obj'\n[[light]]\ntype = 'constant'\nradiance = 1\n");
+    std::fs::write(folder.path().join("none.obj"), "v 0 0 0\n").unwrap();
+    let with = |mesh: &str, place: &str| {
+        let text = format!(
+            "[[mesh]]\npath = 'floor.obj'\n[[mesh]]\npath = '{mesh}'\ngroup = 'a'\n[[instance]]\ngroup = 'a'\n{place}\n\
+             [[instance]]\ngroup = 'a'\n[[light]]\ntype = 'constant'\nradiance = 1\n"
+        );
+        let (description, _) = file::parse(&text, &folder.path().join("scene.toml"), &[]).unwrap();
+        Scene::load(&description, 1).map(|(scene, _)| scene)
+    };
+    assert_eq!(with("none.obj", "").unwrap().triangles(), 2);
+    assert_eq!(with("ring.obj", "translate = [1e17, 0, 0]").unwrap().triangles(), 6);
+    let message = with("ring.obj", "scale = 1e18").err().expect("2·10¹⁸ is too far").to_string();
+    assert!(message.contains("`a`"), "{message}");
+}
