@@ -26,7 +26,7 @@ impl Build<'_> {
         description: &SceneDescription,
         meshes: Vec<Mesh>,
     ) -> Result<(Vec<Arc<Mesh>>, Instances, embree::Scene)> {
-        let (own, names, groups) = sort(description, meshes);
+        let Sorted { own, groups, names } = sort(description, meshes);
         let shared = groups.iter().map(|group| Ok(Arc::new(self.start(group)?.commit()?)));
         let shared = shared.collect::<Result<Vec<_>>>()?;
         let mut world = self.start(&own)?;
@@ -64,20 +64,27 @@ fn no_group(name: &str) -> Error {
     Error::Scene(format!("an instance is of the group `{name}`, to which no mesh belongs"))
 }
 
-/// The scene's own meshes; number by name of each group; the meshes of each group.
-fn sort(
-    description: &SceneDescription,
-    meshes: Vec<Mesh>,
-) -> (Vec<Arc<Mesh>>, FxHashMap<&str, usize>, Vec<Vec<Arc<Mesh>>>) {
-    let (mut own, mut names, mut groups) = (Vec::new(), FxHashMap::default(), Vec::<Vec<Arc<Mesh>>>::new());
+/// Meshes by what they are part of.
+#[derive(Default)]
+struct Sorted<'a> {
+    own: Vec<Arc<Mesh>>,
+    groups: Vec<Vec<Arc<Mesh>>>,
+    /// Index in `groups` by name.
+    names: FxHashMap<&'a str, usize>,
+}
+
+fn sort(description: &SceneDescription, meshes: Vec<Mesh>) -> Sorted<'_> {
+    let mut sorted = Sorted::default();
     for (mesh, said) in meshes.into_iter().map(Arc::new).zip(&description.meshes) {
         let Some(name) = &said.group else {
-            own.push(mesh);
+            sorted.own.push(mesh);
             continue;
         };
-        let group = *names.entry(name.as_str()).or_insert(groups.len());
-        groups.resize_with(groups.len().max(group + 1), Vec::new);
-        groups[group].push(mesh);
+        let group = *sorted.names.entry(name).or_insert(sorted.groups.len());
+        if group == sorted.groups.len() {
+            sorted.groups.push(Vec::new());
+        }
+        sorted.groups[group].push(mesh);
     }
-    (own, names, groups)
+    sorted
 }
