@@ -66,6 +66,7 @@ impl<P: HitPacket> HitBatch<P> {
 
     /// Finds all closest hits.
     pub fn trace(&mut self, scene: &Scene, coherence: Coherence) {
+        let coherence = scene.allowed(coherence);
         for (k, packet) in self.packets[..self.len.div_ceil(P::WIDTH)].iter_mut().enumerate() {
             packet.trace(scene, P::WIDTH.min(self.len - k * P::WIDTH), coherence);
         }
@@ -116,6 +117,7 @@ impl<P: ShadowPacket> ShadowBatch<P> {
 
     /// Answers all rays.
     pub fn trace(&mut self, scene: &Scene, coherence: Coherence) {
+        let coherence = scene.allowed(coherence);
         for (k, packet) in self.packets[..self.len.div_ceil(P::WIDTH)].iter_mut().enumerate() {
             packet.trace(scene, P::WIDTH.min(self.len - k * P::WIDTH), coherence);
         }

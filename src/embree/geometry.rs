@@ -6,6 +6,9 @@ use glam::Affine3A;
 use std::ffi::c_void;
 use std::sync::Arc;
 
+/// Embree drops triangles with a coordinate beyond this (`FLT_LARGE` in its sources) without a word.
+pub const LARGEST_COORDINATE: f32 = 1.844e18;
+
 /// Decides, hit by hit, whether a ray goes on: `true` where triangle `primitive` is seen through at the barycentric
 /// weights `(u, v)`. Called from inside traversal, on any thread; it must depend on nothing but its arguments,
 /// or images would depend on the order of traversal.

@@ -23,6 +23,6 @@ mod sys {
 
 pub use batch::{HitBatch, ShadowBatch};
 pub use device::Device;
-pub use geometry::{Instance, OpacityTest};
+pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest};
 pub use packet::{Hit, HitPacket, Packet8, Packet16, Ray, Shadow8, Shadow16, ShadowPacket};
 pub use scene::{Coherence, Scene, SceneBuilder};

@@ -152,6 +152,12 @@ impl Scene {
         &self.device
     }
 
+    /// What may be said of rays. Embree 3.13.5 does not return from coherent shadow packets on instances (rays whose
+    /// directions differ, 16 wide, AVX-512), so coherence, which is only ever a hint, is kept from scenes with instances.
+    pub(super) fn allowed(&self, coherence: Coherence) -> Coherence {
+        if self.instanced.is_empty() { coherence } else { Coherence::Incoherent }
+    }
+
     pub(super) fn handle(&self) -> sys::RTCScene {
         self.handle
     }

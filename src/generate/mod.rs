@@ -8,6 +8,7 @@ mod cornell;
 mod door;
 mod furnace;
 mod head;
+pub mod large;
 mod obj_writer;
 mod shape;
 mod shapes;
@@ -34,7 +35,7 @@ struct SceneFiles {
     model: Model,
 }
 
-/// Name of each scene, and what it tests in one line.
+/// Name of each scene of a fixed size, and what it tests in one line; [`large`] has those of any size.
 pub fn scenes() -> &'static [(&'static str, &'static str)] {
     &SCENES
 }
@@ -69,7 +70,7 @@ fn make(name: &str) -> Result<SceneFiles> {
 }
 
 fn unknown(name: &str) -> Error {
-    let known: Vec<&str> = SCENES.iter().map(|scene| scene.0).collect();
+    let known: Vec<&str> = SCENES.iter().chain(&large::SCENES).map(|scene| scene.0).collect();
     Error::Scene(format!("no scene is called {name:?}; there are {}", known.join(", ")))
 }
 

@@ -1,6 +1,6 @@
 //! What is known of the point where a ray met a surface.
 
-use super::{Frame, Mesh};
+use super::{Frame, Mesh, Placement};
 use crate::embree::Hit;
 use glam::Vec3;
 
@@ -28,22 +28,20 @@ impl SurfaceInteraction {
     /// The point of `hit` on `mesh`, met by a ray that leaves towards `wo`.
     #[inline]
     pub fn new(mesh: &Mesh, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
-        let triangle = hit.primitive as usize;
-        let (u, v) = (hit.u, hit.v);
-        let w = 1.0 - u - v;
-        let [a, b, c] = mesh.triangles[triangle].map(|i| Vec3::from(mesh.positions[i as usize]));
-        let extent = a.abs().max(b.abs()).max(c.abs()).max_element();
-        let winding = hit.ng.normalize();
-        let (ng, ns) = normals(mesh, triangle, [w, u, v], winding, wo);
-        SurfaceInteraction {
-            p: a * w + b * u + c * v,
-            ng,
-            frame: Frame::from_normal(ns),
-            front: winding.dot(wo) > 0.0,
-            uv: mesh.uv(triangle, u, v),
-            material: mesh.materials[triangle],
-            offset: extent * RELATIVE_OFFSET,
-        }
+        let corners = mesh.corners(hit.primitive as usize);
+        let normals = corner_normals(mesh, hit);
+        let extent = extent(corners).max_element();
+        Triangle { corners, normals, winding: hit.ng.normalize(), extent }.at(mesh, hit, wo)
+    }
+
+    /// The point of `hit` on an instance of `mesh`. It is what the same hit on a copy of the mesh in the world would
+    /// give: corners and normals are moved first and interpolated then.
+    pub fn placed(mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
+        let own = mesh.corners(hit.primitive as usize);
+        let corners = own.map(|p| placement.point(p));
+        let normals = corner_normals(mesh, hit).map(|normals| normals.map(|n| placement.normal(n)));
+        let extent = placement.reach(extent(own));
+        Triangle { corners, normals, winding: placement.normal(hit.ng), extent }.at(mesh, hit, wo)
     }
 
     /// Where a ray towards the unit direction `w` starts.
@@ -66,14 +64,54 @@ impl SurfaceInteraction {
     }
 }
 
+/// The triangle that was hit, in world space, its corners in the mesh's order.
+struct Triangle {
+    corners: [Vec3; 3],
+    normals: Option<[Vec3; 3]>,
+    /// Unit, by the winding in the mesh.
+    winding: Vec3,
+    /// What the rounding of its points is relative to.
+    extent: f32,
+}
+
+impl Triangle {
+    #[inline(always)]
+    fn at(self, mesh: &Mesh, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
+        let Triangle { corners: [a, b, c], normals, winding, extent } = self;
+        let (triangle, u, v) = (hit.primitive as usize, hit.u, hit.v);
+        let w = 1.0 - u - v;
+        let (ng, ns) = shading(normals, [w, u, v], winding, wo);
+        SurfaceInteraction {
+            p: a * w + b * u + c * v,
+            ng,
+            frame: Frame::from_normal(ns),
+            front: winding.dot(wo) > 0.0,
+            uv: mesh.uv(triangle, u, v),
+            material: mesh.materials[triangle],
+            offset: extent * RELATIVE_OFFSET,
+        }
+    }
+}
+
+#[inline]
+fn extent([a, b, c]: [Vec3; 3]) -> Vec3 {
+    a.abs().max(b.abs()).max(c.abs())
+}
+
+#[inline]
+fn corner_normals(mesh: &Mesh, hit: &Hit) -> Option<[Vec3; 3]> {
+    let normals = mesh.normals.as_ref()?.corners(&mesh.triangles, hit.primitive as usize)?;
+    Some(normals.map(Vec3::from))
+}
+
 /// Geometric and shading normal. A shading normal that is turned away from a viewer who sees the triangle's
 /// other side gives way to the triangle's own.
 #[inline]
-fn normals(mesh: &Mesh, triangle: usize, weights: [f32; 3], winding: Vec3, wo: Vec3) -> (Vec3, Vec3) {
-    let Some([a, b, c]) = mesh.normals.as_ref().and_then(|n| n.corners(triangle)) else {
+fn shading(normals: Option<[Vec3; 3]>, weights: [f32; 3], winding: Vec3, wo: Vec3) -> (Vec3, Vec3) {
+    let Some([a, b, c]) = normals else {
         return (winding, winding);
     };
-    let interpolated = Vec3::from(a) * weights[0] + Vec3::from(b) * weights[1] + Vec3::from(c) * weights[2];
+    let interpolated = a * weights[0] + b * weights[1] + c * weights[2];
     let Some(ns) = interpolated.try_normalize() else {
         return (winding, winding);
     };

@@ -1,9 +1,11 @@
-//! Triangle meshes, indexed like OBJ: positions, normals and texture coordinates each with their own indices.
+//! Triangle meshes, indexed like OBJ: normals and texture coordinates may have indices of their own.
+
+use glam::Vec3;
 
 /// The index of "this triangle has none".
 pub const ABSENT: u32 = u32::MAX;
 
-/// A triangle mesh in world space.
+/// A triangle mesh, in world space or in that of its group.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     pub positions: Vec<[f32; 3]>,
@@ -15,14 +17,30 @@ pub struct Mesh {
     pub materials: Vec<u32>,
 }
 
-/// A vertex attribute with its own indices, one triple per triangle; `[ABSENT; 3]` where a triangle has none.
+/// A vertex attribute.
 #[derive(Clone, Debug, Default)]
 pub struct Attribute<T> {
     pub values: Vec<T>,
-    pub indices: Vec<[u32; 3]>,
+    pub indices: Indices,
+}
+
+/// Which values the corners of triangles have.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Indices {
+    /// Those with the indices of the corners' positions: most files say so, and then the indices are held once.
+    #[default]
+    OfPositions,
+    /// One triple per triangle; `[ABSENT; 3]` where a triangle has none.
+    Own(Vec<[u32; 3]>),
 }
 
 impl Mesh {
+    /// A triangle's corners, counter-clockwise seen from outside.
+    #[inline]
+    pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|i| Vec3::from(self.positions[i as usize]))
+    }
+
     /// Texture coordinates of a triangle at the barycentric weights `u`, `v` of its second and third corner; the
     /// weights themselves where it has none.
     #[inline]
@@ -30,16 +48,19 @@ impl Mesh {
         let w = 1.0 - u - v;
         self.uvs
             .as_ref()
-            .and_then(|uvs| uvs.corners(triangle))
+            .and_then(|uvs| uvs.corners(&self.triangles, triangle))
             .map_or([u, v], |corner| [0, 1].map(|k| w * corner[0][k] + u * corner[1][k] + v * corner[2][k]))
     }
 }
 
 impl<T: Copy> Attribute<T> {
-    /// The three values at a triangle's corners.
+    /// The three values at the corners of a triangle of the mesh whose `triangles` these are.
     #[inline]
-    pub fn corners(&self, triangle: usize) -> Option<[T; 3]> {
-        let i = self.indices[triangle];
+    pub fn corners(&self, triangles: &[[u32; 3]], triangle: usize) -> Option<[T; 3]> {
+        let i = match &self.indices {
+            Indices::OfPositions => triangles[triangle],
+            Indices::Own(indices) => indices[triangle],
+        };
         (i[0] != ABSENT).then(|| i.map(|k| self.values[k as usize]))
     }
 }

@@ -3,7 +3,9 @@
 pub mod frame;
 pub mod interaction;
 pub mod mesh;
+pub mod placement;
 
 pub use frame::Frame;
 pub use interaction::SurfaceInteraction;
-pub use mesh::{Attribute, Mesh};
+pub use mesh::{Attribute, Indices, Mesh};
+pub use placement::Placement;

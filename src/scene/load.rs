@@ -1,21 +1,24 @@
 //! Loading: a description becomes a scene.
 
+use super::build::Build;
 use super::description::{
     BsdfDescription, ColorTexture, LightDescription, MaterialDescription, MeshDescription, ScalarTexture,
     SceneDescription,
 };
+use super::instances::Instances;
 use super::material::Material;
 use super::obj;
 use super::texture::TextureCache;
 use super::{Camera, Scene};
 use crate::bsdf::CoatTables;
-use crate::embree::{Device, SceneBuilder};
+use crate::embree::Device;
 use crate::film::exr::read_rgb;
-use crate::geometry::Mesh;
+use crate::geometry::{Indices, Mesh, Placement};
 use crate::light::{EmissiveTriangle, Environment, Light, Lights};
 use crate::math::Rgb;
 use crate::{Error, Result};
-use glam::{Affine3A, Mat3A, Vec3};
+use glam::{Affine3A, Vec3};
+use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHasher};
 use std::hash::Hasher;
 use std::path::Path;
@@ -53,29 +56,24 @@ impl Scene {
             materials.iter().map(|m| Material::new(m, &mut cache, &mut coats)).collect::<Result<Vec<_>>>()?;
         let resolved = Arc::new(resolved);
         let textures = Arc::new(cache.into_textures());
-        let meshes: Vec<Arc<Mesh>> = meshes.into_iter().map(Arc::new).collect();
-
         let start = Instant::now();
         let device = Device::new(threads)?;
-        let mut builder = SceneBuilder::new(&device, description.render.robust)?;
-        for mesh in &meshes {
-            let opacity = super::material::opacity_test(mesh, &resolved, &textures);
-            builder.add_mesh(mesh.clone(), opacity)?;
-        }
-        let geometry = builder.commit()?;
+        let build = Build { device, robust: description.render.robust, materials: &resolved, textures: &textures };
+        let (meshes, instances, geometry) = build.world(description, meshes)?;
         let build_seconds = start.elapsed().as_secs_f64();
 
         let bounds = geometry.bounds().ok_or_else(|| Error::Scene("the scene has no extent".into()))?;
-        let lights = lights(description, &meshes, &resolved, bounds, &mut warnings)?;
+        let lights = lights(description, &meshes, &instances, &resolved, bounds, &mut warnings)?;
         let camera = description.camera.clone().unwrap_or_else(|| Camera::for_bounds(bounds.0, bounds.1));
         let film = &description.film;
-        let content_hash = content_hash(description, &meshes, &materials);
+        let content_hash = content_hash(description, &meshes, &instances, &materials);
         let scene = Scene {
             camera: Camera::new(&camera, film.width, film.height, film.filter)?,
             geometry,
             hash: hash(description, content_hash),
             content_hash,
             meshes,
+            instances,
             materials: resolved,
             textures,
             lights,
@@ -98,7 +96,7 @@ impl Gathered {
             .collect();
         let mut mesh = loaded.mesh;
         mesh.materials.iter_mut().for_each(|m| *m = numbers[*m as usize]);
-        transform(&mut mesh, &place.transform);
+        transform(&mut mesh, &Placement::new(place.transform));
         // Embree reads a vertex with 16 bytes, four more than the last one has.
         mesh.positions.reserve_exact(1);
         self.meshes.push(mesh);
@@ -156,34 +154,38 @@ fn without_missing_pictures(
     material
 }
 
-/// Moves a mesh into world space. A mirroring turns the corners' order round, so that the winding keeps its meaning.
-fn transform(mesh: &mut Mesh, to_world: &Affine3A) {
-    if *to_world == Affine3A::IDENTITY {
+/// Moves a mesh into place. A mirroring turns the corners' order round, so that the winding keeps its meaning.
+fn transform(mesh: &mut Mesh, placement: &Placement) {
+    if placement.to_world() == Affine3A::IDENTITY {
         return;
     }
-    mesh.positions.iter_mut().for_each(|p| *p = to_world.transform_point3(Vec3::from(*p)).into());
-    let mirrored = to_world.matrix3.determinant() < 0.0;
+    mesh.positions.par_iter_mut().for_each(|p| *p = placement.point(Vec3::from(*p)).into());
     if let Some(normals) = &mut mesh.normals {
-        let inverse_transpose: Mat3A = to_world.matrix3.inverse().transpose();
-        let turn = |n: Vec3| (inverse_transpose * n).try_normalize().unwrap_or(Vec3::ZERO);
-        normals.values.iter_mut().for_each(|n| *n = turn(Vec3::from(*n)).into());
-        normals.indices.iter_mut().filter(|_| mirrored).for_each(|t| t.swap(1, 2));
+        normals.values.par_iter_mut().for_each(|n| *n = placement.normal(Vec3::from(*n)).into());
     }
-    if mirrored {
+    if placement.mirrored() {
+        let own = [mesh.normals.as_mut().map(|n| &mut n.indices), mesh.uvs.as_mut().map(|uvs| &mut uvs.indices)];
+        for indices in own.into_iter().flatten() {
+            if let Indices::Own(indices) = indices {
+                indices.iter_mut().for_each(|t| t.swap(1, 2));
+            }
+        }
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-        mesh.uvs.iter_mut().flat_map(|uvs| &mut uvs.indices).for_each(|t| t.swap(1, 2));
     }
 }
 
 fn lights(
     description: &SceneDescription,
     meshes: &[Arc<Mesh>],
+    instances: &Instances,
     materials: &[Material],
     bounds: (Vec3, Vec3),
     warnings: &mut Vec<String>,
 ) -> Result<Lights> {
-    let emissive: Vec<EmissiveTriangle> =
-        meshes.iter().enumerate().flat_map(|(k, mesh)| emissive_triangles(k as u32, mesh, materials)).collect();
+    let own = (0..).zip(meshes).flat_map(|(k, mesh)| emitters(k, mesh, materials, |t| mesh.corners(t)));
+    let placed = instances.surfaces();
+    let placed = placed.flat_map(|(k, mesh, place)| emitters(k, mesh, materials, |t| place.facet(mesh, t)));
+    let emissive: Vec<EmissiveTriangle> = own.chain(placed).collect();
     let mut others = description.lights.iter().map(|light| far_light(light, warnings)).collect::<Result<Vec<_>>>()?;
     if emissive.is_empty() && others.is_empty() {
         warnings.push("nothing emits light in this scene: a constant sky of radiance 1 is added".into());
@@ -192,10 +194,12 @@ fn lights(
     Lights::build(&emissive, others, 0.5 * (bounds.1 - bounds.0).length())
 }
 
-fn emissive_triangles<'a>(
+/// The triangles of surface `k` that emit; `corners` are in world space.
+fn emitters<'a>(
     k: u32,
     mesh: &'a Mesh,
     materials: &'a [Material],
+    corners: impl Fn(usize) -> [Vec3; 3] + 'a,
 ) -> impl Iterator<Item = EmissiveTriangle> + 'a {
     let emits = materials.iter().any(|m| m.emits());
     let candidates = if emits { &mesh.materials[..] } else { &[] };
@@ -204,7 +208,7 @@ fn emissive_triangles<'a>(
         EmissiveTriangle {
             mesh: k,
             triangle: triangle as u32,
-            corners: mesh.triangles[triangle].map(|i| Vec3::from(mesh.positions[i as usize])),
+            corners: corners(triangle),
             radiance: material.emission(true),
             two_sided: material.emission_two_sided(),
         }
@@ -243,15 +247,24 @@ fn hash(description: &SceneDescription, content: u64) -> u64 {
 }
 
 /// Over what light does in the scene, whoever looks at it.
-fn content_hash(description: &SceneDescription, meshes: &[Arc<Mesh>], materials: &[MaterialDescription]) -> u64 {
+fn content_hash(
+    description: &SceneDescription,
+    meshes: &[Arc<Mesh>],
+    instances: &Instances,
+    materials: &[MaterialDescription],
+) -> u64 {
     let mut hasher = FxHasher::default();
     // Names of files are left out: a scene keeps its hash when its folder is moved.
     materials.iter().for_each(|m| hasher.write(file_names(format!("{m:?}")).as_bytes()));
     description.lights.iter().for_each(|l| hasher.write(file_names(format!("{l:?}")).as_bytes()));
-    for mesh in meshes {
+    for mesh in meshes.iter().chain(instances.meshes()) {
         mesh.positions.iter().flatten().for_each(|x| hasher.write_u32(x.to_bits()));
         mesh.triangles.iter().flatten().for_each(|i| hasher.write_u32(*i));
         mesh.materials.iter().for_each(|m| hasher.write_u32(*m));
+    }
+    for (group, placement) in instances.places() {
+        hasher.write_usize(group);
+        placement.to_world().to_cols_array().iter().for_each(|x| hasher.write_u32(x.to_bits()));
     }
     hasher.finish()
 }

@@ -1,8 +1,10 @@
 //! From files to an immutable scene.
 
+mod build;
 mod camera;
 pub mod description;
 pub mod file;
+mod instances;
 pub mod interchange;
 mod load;
 pub mod material;
@@ -17,6 +19,7 @@ use crate::geometry::{Mesh, SurfaceInteraction};
 use crate::light::Lights;
 use crate::math::Rgb;
 use glam::Vec3;
+use instances::{Instances, NO_INSTANCE};
 use material::Material;
 use std::sync::Arc;
 use texture::Texture;
@@ -25,7 +28,9 @@ use texture::Texture;
 pub struct Scene {
     pub camera: Camera,
     geometry: embree::Scene,
+    /// Those that are no part of a group.
     meshes: Vec<Arc<Mesh>>,
+    instances: Instances,
     materials: Arc<Vec<Material>>,
     textures: Arc<Vec<Texture>>,
     lights: Lights,
@@ -36,7 +41,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// What answers ray queries; mesh k of the scene is its geometry k.
+    /// What answers ray queries. Mesh k of the scene is its geometry k; instances come after the meshes.
     #[inline]
     pub fn geometry(&self) -> &embree::Scene {
         &self.geometry
@@ -45,6 +50,9 @@ impl Scene {
     /// The surface point of a hit, seen from `wo` (unit, away from the surface).
     #[inline]
     pub fn interaction(&self, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
+        if hit.instance != NO_INSTANCE {
+            return self.instances.interaction(hit, wo);
+        }
         SurfaceInteraction::new(&self.meshes[hit.geometry as usize], hit, wo)
     }
 
@@ -62,7 +70,9 @@ impl Scene {
 
     /// Density per steradian with which next-event estimation at the ray's origin would draw the ray.
     pub fn emitter_pdf(&self, hit: &Hit, si: &SurfaceInteraction, ray: &Ray) -> f32 {
-        let light = self.lights.triangle_light(hit.geometry, hit.primitive);
+        let instanced = hit.instance != NO_INSTANCE;
+        let surface = if instanced { self.instances.surface(hit) } else { hit.geometry };
+        let light = self.lights.triangle_light(surface, hit.primitive);
         light.map_or(0.0, |light| self.lights.pdf_triangle(light, ray.org, si.p))
     }
 
@@ -76,14 +86,19 @@ impl Scene {
         self.bounds
     }
 
+    /// Triangles that are seen: those of a group count in each of its places.
     pub fn triangles(&self) -> usize {
-        self.meshes.iter().map(|mesh| mesh.triangles.len()).sum()
+        let own = self.meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>();
+        own + self.instances.surfaces().map(|(_, mesh, _)| mesh.triangles.len()).sum::<usize>()
     }
 
-    /// The corners of all triangles in world space, counter-clockwise seen from outside, mesh by mesh.
+    /// The corners of all triangles in world space, counter-clockwise seen from outside, mesh by mesh and then instance
+    /// by instance.
     pub fn facets(&self) -> impl Iterator<Item = [Vec3; 3]> + Clone + '_ {
-        let corners = |mesh: &Mesh, triangle: &[u32; 3]| triangle.map(|i| Vec3::from(mesh.positions[i as usize]));
-        self.meshes.iter().flat_map(move |mesh| mesh.triangles.iter().map(move |triangle| corners(mesh, triangle)))
+        let own = self.meshes.iter().flat_map(|mesh| (0..mesh.triangles.len()).map(|t| mesh.corners(t)));
+        let placed = self.instances.surfaces();
+        let placed = placed.flat_map(|(_, mesh, place)| (0..mesh.triangles.len()).map(|t| place.facet(mesh, t)));
+        own.chain(placed)
     }
 
     /// Tells scenes apart: a hash over geometry, materials, lights and camera, in hexadecimal.

@@ -18,6 +18,8 @@ pub struct SceneDescription {
     pub camera: Option<CameraDescription>,
     pub film: FilmDescription,
     pub meshes: Vec<MeshDescription>,
+    /// Where groups of meshes stand.
+    pub instances: Vec<InstanceDescription>,
     /// By name as in `usemtl`; they replace what the MTL says of that name.
     pub materials: BTreeMap<String, MaterialDescription>,
     pub lights: Vec<LightDescription>,
@@ -71,6 +73,18 @@ pub struct MeshDescription {
     pub transform: Affine3A,
     /// Replaces every material of the file.
     pub material: Option<String>,
+    /// The mesh is part of this group and seen only where an instance of the group stands; `transform` then places it
+    /// within the group.
+    pub group: Option<String>,
+}
+
+/// A group of meshes in one of its places. All places share the meshes and their acceleration structure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InstanceDescription {
+    /// As named by at least one mesh.
+    pub group: String,
+    /// From the group to the world; its determinant is not 0.
+    pub transform: Affine3A,
 }
 
 /// Lights that are not surfaces.

@@ -170,7 +170,7 @@ fn contradictions_are_refused() {
         ),
         (
             "[[mesh]]\npath = 'a'\nmatrix = [1,0,0,0, 1,0,0,0, 0,0,1,0, 0,0,0,1]",
-            "3:10: the transform of the mesh flattens it: its determinant is 0",
+            "3:10: this transform flattens what it moves: its determinant is 0",
         ),
         (
             "[[mesh]]\npath = 'a'\nmatrix = [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,1,1]",
@@ -181,6 +181,10 @@ fn contradictions_are_refused() {
             "4:10: `matrix` stands alone: leave out `translate`, `rotate` and `scale`",
         ),
         ("[[mesh]]\npath = 'a'\nrotate = { axis = [0, 0, 0], angle = 3 }", "3:19: `axis` must not be zero"),
+        (
+            "[[mesh]]\npath = 'a'\nmatrix = [[1,0,0,0], [0,1,0,0]]",
+            "3:10: `matrix` must be an array of 16 numbers, found 2",
+        ),
         ("[material.A]\nreflectance = 1", "1:1: [material.A] needs `type`"),
         ("[material.A]\ntype = 'conductor'\neta = 1", "3:7: `eta` and `k` go together, but only one is given"),
         (
@@ -195,6 +199,40 @@ fn contradictions_are_refused() {
         ("[[light]]\ntype = 'environment'\npath = ''", "3:8: `path` must not be empty"),
     ];
     assert_faults(&cases);
+}
+
+#[test]
+fn faults_of_instances_are_named() {
+    let tree = "[[mesh]]\npath = 'tree.obj'\ngroup = 'tree'\n";
+    let cases = [
+        ("[[instance]]\ngroup = 'tree'", "2:9: unknown group `tree`: no [[mesh]] has the key `group`"),
+        ("[[instance]]\nscale = 2", "1:1: [[instance]] needs `group`"),
+        ("T[[instance]]\ngroup = 'tre'", "5:9: unknown group `tre` in [[instance]]: did you mean `tree`?"),
+        ("T[[instance]]\ngroup = 3", "5:9: `group` must be a string, found an integer"),
+        (
+            "T[[instance]]\ngroup = 'tree'\ntranslat = [1, 2, 3]",
+            "6:1: unknown key `translat` in [[instance]]: did you mean `translate`?",
+        ),
+        (
+            "T[[instance]]\ngroup = 'tree'\npath = 'a'",
+            "6:1: unknown key `path` in [[instance]]: known are `group`, `matrix`, `translate`, `rotate` and `scale`",
+        ),
+        ("T[[instance]]\ngroup = 'tree'\ntranslate = [1, nan, 3]", "6:17: `translate` must be finite, found NaN"),
+        (
+            "T[[instance]]\ngroup = 'tree'\nscale = [1, 0, 3]",
+            "6:13: `scale` must be other than 0 and between -1e18 and 1e18, found 0",
+        ),
+        (
+            "T[[instance]]\ngroup = 'tree'\nmatrix = [1,2,3,0, 2,4,6,0, 0,0,1,0]",
+            "6:10: this transform flattens what it moves: its determinant is 0",
+        ),
+        (
+            "T[[instance]]\ngroup = 'tree'\nmatrix = [inf,0,0,0, 0,1,0,0, 0,0,1,0]",
+            "6:11: `matrix` must be finite, found inf",
+        ),
+    ];
+    let cases = cases.map(|(text, fault)| (text.replacen('T', tree, 1), fault));
+    assert_faults(&cases.each_ref().map(|(text, fault)| (text.as_str(), *fault)));
 }
 
 #[test]

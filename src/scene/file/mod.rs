@@ -28,6 +28,7 @@ use crate::{Error, Result};
 use glam::Affine3A;
 use reader::Reader;
 use settings::section;
+use std::collections::BTreeSet;
 use std::path::Path;
 use tree::{At, Fault, Node};
 
@@ -67,13 +68,21 @@ pub fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<(SceneDesc
         .map_err(|fault| source.error(fault))?;
     apply_overrides(&mut scene, path, overrides)?;
     let nothing = "the scene has no [[mesh]]: only its background will be seen";
-    let warnings = scene.meshes.is_empty().then(|| nothing.to_string());
-    Ok((scene, warnings.into_iter().collect()))
+    let empty = scene.meshes.is_empty().then(|| nothing.to_string());
+    let warnings = empty.into_iter().chain(groups_without_instance(&scene)).collect();
+    Ok((scene, warnings))
+}
+
+fn groups_without_instance(scene: &SceneDescription) -> Vec<String> {
+    let seen: BTreeSet<&str> = scene.instances.iter().map(|instance| instance.group.as_str()).collect();
+    let groups: BTreeSet<&str> = scene.meshes.iter().filter_map(|mesh| mesh.group.as_deref()).collect();
+    let warning = |group| format!("the group `{group}` has no [[instance]] and will not be seen");
+    groups.difference(&seen).map(warning).collect::<Vec<_>>()
 }
 
 /// A mesh as it is in its file.
 pub(super) fn whole_file(path: &Path) -> MeshDescription {
-    MeshDescription { path: path.to_path_buf(), transform: Affine3A::IDENTITY, material: None }
+    MeshDescription { path: path.to_path_buf(), transform: Affine3A::IDENTITY, material: None, group: None }
 }
 
 /// A whole file's tree.
@@ -83,6 +92,11 @@ fn whole(root: Node, base: &Path, scene: &mut SceneDescription) -> Result<(), Fa
     for node in root.take("mesh").map_or(Ok(vec![]), |n| n.tables("mesh"))? {
         let mut t = Reader::new("[[mesh]]", node)?;
         scene.meshes.push(world::mesh(&mut t, base)?);
+        t.finish()?;
+    }
+    for node in root.take("instance").map_or(Ok(vec![]), |n| n.tables("instance"))? {
+        let mut t = Reader::new("[[instance]]", node)?;
+        scene.instances.push(world::instance(&mut t, &scene.meshes)?);
         t.finish()?;
     }
     for node in root.take("light").map_or(Ok(vec![]), |n| n.tables("light"))? {

@@ -14,6 +14,7 @@ const MINIMAL: &[(&str, &str)] = &[
     ("[camera]", "[camera]\norigin = [0, 1, 5]\ntarget = [0, 1, 0]\n"),
     ("[film]", "[film]\n"),
     ("[[mesh]]", "[[mesh]]\npath = 'a.obj'\n"),
+    ("[[instance]]", "[[mesh]]\npath = 'a.obj'\ngroup = 'a'\n[[instance]]\ngroup = 'a'\n"),
     ("rotate", "[[mesh]]\npath = 'a.obj'\n[mesh.rotate]\naxis = [0, 1, 0]\nangle = 30\n"),
     ("[material.NAME]", "[material.A]\ntype = 'diffuse'\n"),
     ("diffuse", "[material.A]\ntype = 'diffuse'\n"),
@@ -82,6 +83,8 @@ fn sections_have_the_page_s_keys() {
     check("[guiding]", &mut |t| settings::guiding(t, &mut scene.guiding));
     check("[render]", &mut |t| settings::render(t, &mut scene.render));
     check("[[mesh]]", &mut |t| world::mesh(t, base).map(drop));
+    let grouped = MeshDescription { group: Some("a".into()), ..whole_file(Path::new("a.obj")) };
+    check("[[instance]]", &mut |t| world::instance(t, std::slice::from_ref(&grouped)).map(drop));
     check("rotate", &mut |t| world::rotation(t).map(drop));
     check("texture", &mut |t| textures::color_image(t, None, base).map(drop));
 
@@ -126,6 +129,7 @@ fn every_table_of_the_page_is_of_the_reader() {
     let root = asked("", |t| {
         sections(t, Path::new(""), &mut SceneDescription::default())?;
         t.take("mesh");
+        t.take("instance");
         t.take("light");
         Ok(())
     });

@@ -1,17 +1,43 @@
-//! `[[mesh]]` and `[[light]]`: what stands in the world, and where.
+//! `[[mesh]]`, `[[instance]]` and `[[light]]`: what stands in the world, and where.
 
 use super::reader::{Bounds, COORDINATE, FINITE, NOT_NEGATIVE, Reader};
 use super::settings::needs;
+use super::suggest::unknown;
 use super::tree::{Fault, Node, Value};
 use crate::math::Rgb;
-use crate::scene::description::{LightDescription, MeshDescription};
+use crate::scene::description::{InstanceDescription, LightDescription, MeshDescription};
 use glam::{Affine3A, DMat3, DVec3, Mat3A, Quat, Vec3, Vec3A};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 const SCALE: Bounds = Bounds::new(|x| x != 0.0 && x.abs() <= 1e18, "other than 0 and between -1e18 and 1e18");
 
 pub(super) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescription, Fault> {
     let path = t.take("path").map(|n| n.path("path", base)).transpose()?;
+    let transform = transform(t)?;
+    let material = t.take("material").map(|n| n.string("material").map(String::from)).transpose()?;
+    let group = t.take("group").map(|n| n.string("group").map(String::from)).transpose()?;
+    Ok(MeshDescription { path: path.ok_or_else(|| t.missing("path"))?, transform, material, group })
+}
+
+/// `meshes`: all of the scene, whose groups are the ones there are.
+pub(super) fn instance(t: &mut Reader, meshes: &[MeshDescription]) -> Result<InstanceDescription, Fault> {
+    let group = t.take("group");
+    let transform = transform(t)?;
+    let group = group.ok_or_else(|| t.missing("group"))?;
+    let name = group.string("group")?;
+    let known: BTreeSet<&str> = meshes.iter().filter_map(|mesh| mesh.group.as_deref()).collect();
+    if known.is_empty() {
+        return Err(Fault::new(group.at, format!("unknown group `{name}`: no [[mesh]] has the key `group`")));
+    }
+    if !known.contains(name) {
+        return Err(Fault::new(group.at, unknown(&format!("unknown group `{name}` in {}", t.label()), name, known)));
+    }
+    Ok(InstanceDescription { group: name.to_string(), transform })
+}
+
+/// `matrix`, or `scale`, `rotate` and `translate`.
+fn transform(t: &mut Reader) -> Result<Affine3A, Fault> {
     let matrix = t.take("matrix");
     let steps = steps(t)?;
     let transform = match matrix {
@@ -25,8 +51,7 @@ pub(super) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescription, Fault
         }
     };
     check_regular(t, &transform)?;
-    let material = t.take("material").map(|n| n.string("material").map(String::from));
-    Ok(MeshDescription { path: path.ok_or_else(|| t.missing("path"))?, transform, material: material.transpose()? })
+    Ok(transform)
 }
 
 /// Scale, then rotate, then translate.
@@ -57,18 +82,21 @@ fn unit(t: &Reader, key: &str, v: Vec3) -> Result<Vec3, Fault> {
     v.as_dvec3().try_normalize().map(|v| v.as_vec3()).ok_or_else(zero)
 }
 
-/// 16 numbers row by row, flat or as four rows; the last row is 0 0 0 1.
+/// 16 numbers row by row, flat or as four rows; the last row is 0 0 0 1 and may be left out.
 fn affine(node: &Node, key: &str) -> Result<Affine3A, Fault> {
-    let m = match &node.value {
-        Value::Array(rows) if rows.len() == 4 => {
-            let mut m = [0.0; 16];
+    let mut m = [0.0; 16];
+    m[15] = 1.0;
+    match &node.value {
+        Value::Array(rows) if matches!(rows.len(), 3 | 4) => {
             for (to, row) in m.chunks_exact_mut(4).zip(rows) {
                 to.copy_from_slice(&row.numbers::<4>(key, COORDINATE)?);
             }
-            m
         }
-        _ => node.numbers::<16>(key, COORDINATE)?,
-    };
+        Value::Array(numbers) if numbers.len() == 12 => {
+            m[..12].copy_from_slice(&node.numbers::<12>(key, COORDINATE)?);
+        }
+        _ => m = node.numbers::<16>(key, COORDINATE)?,
+    }
     if m[12..] != [0.0, 0.0, 0.0, 1.0] {
         let message = format!("the last row of `{key}` must be 0, 0, 0, 1");
         return Err(Fault::new(node.at, message));
@@ -83,7 +111,7 @@ fn columns(transform: &Affine3A) -> [DVec3; 3] {
     [m.x_axis, m.y_axis, m.z_axis].map(|c| Vec3::from(c).as_dvec3())
 }
 
-/// That the transform does not flatten the mesh: normals need its inverse.
+/// That the transform does not flatten what it moves: normals need its inverse.
 fn check_regular(t: &Reader, transform: &Affine3A) -> Result<(), Fault> {
     let [x, y, z] = columns(transform);
     let volume = x.cross(y).dot(z).abs();
@@ -93,7 +121,7 @@ fn check_regular(t: &Reader, transform: &Affine3A) -> Result<(), Fault> {
         return Ok(());
     }
     let at = t.place(&["matrix", "scale"]);
-    Err(Fault::new(at, "the transform of the mesh flattens it: its determinant is 0"))
+    Err(Fault::new(at, "this transform flattens what it moves: its determinant is 0"))
 }
 
 type ReadLight = fn(&mut Reader, &Path) -> Result<LightDescription, Fault>;

@@ -3,10 +3,8 @@
 use super::lines::{self, Fields, Lines};
 use super::scan::Counts;
 use super::source::Fault;
+use crate::embree::LARGEST_COORDINATE;
 use std::mem::take;
-
-/// Embree drops triangles with a coordinate beyond this (`FLT_LARGE` in its sources) without a word.
-const LARGEST_COORDINATE: f32 = 1.844e18;
 
 /// The parts of the mesh's arrays that a block fills.
 #[derive(Default)]

@@ -8,6 +8,10 @@ use super::triangulate::{self, LARGEST_CONCAVE};
 use crate::geometry::mesh::ABSENT;
 
 /// The parts of the mesh's index arrays that a block fills. Those of an attribute the file has none of are empty.
+///
+/// Attributes' arrays come filled with zeros and take how indices differ (by bits) from those of the positions. Where
+/// they do not, nothing is written: the system gives memory to pages that are written, and most files have the same
+/// indices throughout.
 pub(super) struct Slots<'a> {
     pub triangles: &'a mut [[u32; 3]],
     pub uvs: &'a mut [[u32; 3]],
@@ -33,16 +37,19 @@ struct Reader<'a> {
     slots: Slots<'a>,
     /// Triangles written so far.
     next: usize,
+    /// Whether any index of texture coordinates, of normals, differs from that of its position.
+    differ: [bool; 2],
     corners: Vec<Corner>,
     points: Vec<[f32; 3]>,
     pieces: Vec<[usize; 3]>,
 }
 
-/// Reads the `f` statements of a block. `positions` are those of the whole file, `totals` counts them.
-pub(super) fn read(slots: Slots, positions: &[[f32; 3]], totals: Counts, text: &[u8]) -> Result<(), Fault> {
+/// Reads the `f` statements of a block. `positions` are those of the whole file, `totals` counts them. Returns whether
+/// indices of texture coordinates, and of normals, differ anywhere from those of positions.
+pub(super) fn read(slots: Slots, positions: &[[f32; 3]], totals: Counts, text: &[u8]) -> Result<[bool; 2], Fault> {
     let (corners, points, pieces) = Default::default();
     let so_far = slots.before;
-    let mut reader = Reader { positions, totals, so_far, slots, next: 0, corners, points, pieces };
+    let mut reader = Reader { positions, totals, so_far, slots, next: 0, differ: [false; 2], corners, points, pieces };
     for (at, line) in Lines::new(text) {
         let (keyword, _) = lines::keyword(line);
         match keyword {
@@ -53,7 +60,7 @@ pub(super) fn read(slots: Slots, positions: &[[f32; 3]], totals: Counts, text: &
             _ => {}
         }
     }
-    if reader.next == reader.slots.triangles.len() { Ok(()) } else { Err(changed(text.len())) }
+    if reader.next == reader.slots.triangles.len() { Ok(reader.differ) } else { Err(changed(text.len())) }
 }
 
 impl Reader<'_> {
@@ -88,12 +95,13 @@ impl Reader<'_> {
     #[inline]
     fn triangle(&mut self, corners: [Corner; 3]) -> Result<(), Fault> {
         let slot = self.slots.triangles.get_mut(self.next).ok_or_else(|| changed(0))?;
-        *slot = corners.map(|c| c.position);
+        let positions = corners.map(|c| c.position);
+        *slot = positions;
         if let Some(slot) = self.slots.uvs.get_mut(self.next) {
-            *slot = complete(corners.map(|c| c.uv));
+            self.differ[0] |= differs(slot, complete(corners.map(|c| c.uv)), positions);
         }
         if let Some(slot) = self.slots.normals.get_mut(self.next) {
-            *slot = complete(corners.map(|c| c.normal));
+            self.differ[1] |= differs(slot, complete(corners.map(|c| c.normal)), positions);
         }
         self.next += 1;
         Ok(())
@@ -130,6 +138,16 @@ impl Reader<'_> {
         }
         if token.ended() { Ok(corner) } else { Err(token.garbage()) }
     }
+}
+
+/// Stores how `indices` differ from `positions`, if they do.
+#[inline]
+fn differs(slot: &mut [u32; 3], indices: [u32; 3], positions: [u32; 3]) -> bool {
+    let differ = indices != positions;
+    if differ {
+        *slot = [0, 1, 2].map(|k| indices[k] ^ positions[k]);
+    }
+    differ
 }
 
 /// A triangle has an attribute only if all its corners do.

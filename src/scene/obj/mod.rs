@@ -23,8 +23,9 @@ mod tests;
 
 use crate::Result;
 use crate::geometry::Mesh;
-use crate::geometry::mesh::Attribute;
+use crate::geometry::mesh::{Attribute, Indices};
 use crate::scene::description::MaterialDescription;
+use rayon::prelude::*;
 use report::Reporter;
 use scan::{Census, Counts};
 use source::{Failure, Fault, Source};
@@ -103,8 +104,8 @@ fn load_parts(source: &Source, blocks: &[Range<u64>], reporter: &mut Reporter) -
     let mut mesh = Mesh {
         positions: vec![[0.0; 3]; census.counts.positions],
         triangles: vec![[0; 3]; census.triangles],
-        normals: attribute(census.counts.normals, census.triangles),
-        uvs: attribute(census.counts.uvs, census.triangles),
+        normals: attribute(census.counts.normals),
+        uvs: attribute(census.counts.uvs),
         materials: Vec::new(),
     };
     let broken = read_attributes(source, blocks, &parts, &mut mesh)?;
@@ -125,8 +126,8 @@ fn check_limits(census: &Census) -> Result<(), Failure> {
     }
 }
 
-fn attribute<const N: usize>(values: usize, triangles: usize) -> Option<Attribute<[f32; N]>> {
-    (values > 0).then(|| Attribute { values: vec![[0.0; N]; values], indices: vec![[0; 3]; triangles] })
+fn attribute<const N: usize>(values: usize) -> Option<Attribute<[f32; N]>> {
+    (values > 0).then(|| Attribute { values: vec![[0.0; N]; values], indices: Indices::OfPositions })
 }
 
 /// Cuts the front off a slice; a missing slice stays empty.
@@ -167,10 +168,24 @@ fn read_attributes(
 
 fn read_faces(source: &Source, blocks: &[Range<u64>], parts: &[Census], mesh: &mut Mesh) -> Result<(), Failure> {
     let totals = parts.iter().fold(Counts::default(), |sum, part| sum.plus(part.counts));
-    let positions = &mesh.positions[..];
-    let mut triangles = &mut mesh.triangles[..];
-    let mut uvs = mesh.uvs.as_mut().map_or(&mut [][..], |a| &mut a.indices);
-    let mut normals = mesh.normals.as_mut().map_or(&mut [][..], |a| &mut a.indices);
+    let (count, positions) = (mesh.triangles.len(), &mesh.positions[..]);
+    let zeros = |there: bool| vec![[0; 3]; if there { count } else { 0 }];
+    let (mut uvs, mut normals) = (zeros(mesh.uvs.is_some()), zeros(mesh.normals.is_some()));
+    let tasks = face_tasks(blocks, parts, [&mut mesh.triangles, &mut uvs, &mut normals]);
+    let differ = source.each_block(tasks, |slots, text| faces::read(slots, positions, totals, text))?;
+    let own = |k: usize, differences| differ.iter().any(|d| d[k]).then(|| own_indices(differences, &mesh.triangles));
+    let (uvs, normals) = (own(0, uvs), own(1, normals));
+    mesh.uvs.iter_mut().zip(uvs).for_each(|(a, indices)| a.indices = indices);
+    mesh.normals.iter_mut().zip(normals).for_each(|(a, indices)| a.indices = indices);
+    Ok(())
+}
+
+/// The blocks that hold faces, each with its parts of the arrays: indices of positions, texture coordinates and normals.
+fn face_tasks<'a>(
+    blocks: &[Range<u64>],
+    parts: &[Census],
+    [mut triangles, mut uvs, mut normals]: [&'a mut [[u32; 3]]; 3],
+) -> Vec<(Range<u64>, faces::Slots<'a>)> {
     let mut tasks = Vec::new();
     let mut before = Counts::default();
     for (range, part) in blocks.iter().zip(parts) {
@@ -185,8 +200,13 @@ fn read_faces(source: &Source, blocks: &[Range<u64>], parts: &[Census], mesh: &m
         }
         before = before.plus(part.counts);
     }
-    source.each_block(tasks, |slots, text| faces::read(slots, positions, totals, text))?;
-    Ok(())
+    tasks
+}
+
+/// Indices of an attribute from how they differ from those of positions.
+fn own_indices(mut differences: Vec<[u32; 3]>, triangles: &[[u32; 3]]) -> Indices {
+    differences.par_iter_mut().zip(triangles).for_each(|(d, t)| *d = [0, 1, 2].map(|k| d[k] ^ t[k]));
+    Indices::Own(differences)
 }
 
 /// Names in order of first use, and each triangle's index into them.

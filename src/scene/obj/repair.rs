@@ -4,7 +4,7 @@ use super::attributes::{Broken, BrokenValues};
 use super::report::Reporter;
 use super::source::{Failure, Fault};
 use crate::geometry::Mesh;
-use crate::geometry::mesh::{ABSENT, Attribute};
+use crate::geometry::mesh::{ABSENT, Attribute, Indices};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
@@ -14,8 +14,9 @@ use rustc_hash::FxHashSet;
 /// A face at a broken position, named by the position's line: the face cannot be drawn, and Embree would not say so.
 pub(super) fn repair(mesh: &mut Mesh, broken: &BrokenValues, reporter: &mut Reporter) -> Result<(), Failure> {
     repair_positions(mesh, &broken.positions, reporter)?;
-    repair_attribute(&mut mesh.uvs, &broken.uvs, "texture coordinates are not finite", reporter);
-    repair_attribute(&mut mesh.normals, &broken.normals, "normals have no direction", reporter);
+    let triangles = &mesh.triangles;
+    repair_attribute(&mut mesh.uvs, triangles, &broken.uvs, "texture coordinates are not finite", reporter);
+    repair_attribute(&mut mesh.normals, triangles, &broken.normals, "normals have no direction", reporter);
     Ok(())
 }
 
@@ -38,6 +39,7 @@ fn repair_positions(mesh: &mut Mesh, broken: &[Broken], reporter: &mut Reporter)
 
 fn repair_attribute<T: Send>(
     attribute: &mut Option<Attribute<T>>,
+    triangles: &[[u32; 3]],
     broken: &[Broken],
     what: &str,
     reporter: &mut Reporter,
@@ -46,11 +48,26 @@ fn repair_attribute<T: Send>(
     if let Some(&(_, at)) = broken.first() {
         let indices: FxHashSet<u32> = broken.iter().map(|&(i, _)| i).collect();
         let without = |t: &&mut [u32; 3]| t.iter().any(|i| indices.contains(i));
-        let triangles = found.indices.par_iter_mut().filter(without).map(|t| *t = [ABSENT; 3]).count();
-        let count = broken.len();
+        let without = own(&mut found.indices, triangles).par_iter_mut().filter(without);
+        let (count, triangles) = (broken.len(), without.map(|t| *t = [ABSENT; 3]).count());
         reporter.warn(at, format!("{count} {what}; {triangles} triangles go without"));
     }
-    if found.indices.par_iter().all(|t| *t == [ABSENT; 3]) {
+    let none = match &found.indices {
+        Indices::OfPositions => triangles.is_empty(),
+        Indices::Own(indices) => indices.par_iter().all(|t| *t == [ABSENT; 3]),
+    };
+    if none {
         *attribute = None;
+    }
+}
+
+/// The indices, which from here on can differ from those of positions.
+fn own<'a>(indices: &'a mut Indices, triangles: &[[u32; 3]]) -> &'a mut Vec<[u32; 3]> {
+    if *indices == Indices::OfPositions {
+        *indices = Indices::Own(triangles.to_vec());
+    }
+    match indices {
+        Indices::Own(own) => own,
+        Indices::OfPositions => unreachable!("made its own above"),
     }
 }

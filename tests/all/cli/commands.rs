@@ -53,7 +53,7 @@ fn wrong_usage_is_exit_code_2_and_says_what() {
 fn generate_lists_and_writes_scenes() {
     let here = folder();
     let list = stdout(&phototaxis(here.path()).arg("generate").assert().code(0).get_output().clone());
-    for name in ["door", "wall", "cornell", "furnace"] {
+    for name in ["door", "wall", "cornell", "furnace", "city", "forest", "terrain"] {
         assert!(list.lines().any(|line| line.split(' ').next() == Some(name)), "{name} is missing in:\n{list}");
     }
     let written = phototaxis(here.path()).args(["generate", "cornell", "--out", "new/place"]).assert().code(0);
@@ -62,6 +62,14 @@ fn generate_lists_and_writes_scenes() {
         let file = format!("cornell.{extension}");
         let ours = std::fs::read(here.path().join("new/place").join(&file)).unwrap();
         assert_eq!(ours, std::fs::read(scene(&file)).unwrap(), "{file}");
+    }
+    let large = ["generate", "terrain", "--triangles", "12000", "--out", "land"];
+    let written = phototaxis(here.path()).args(large).assert().code(0);
+    assert_eq!(stdout(written.get_output()).lines().next(), Some("land/terrain.toml"));
+    for (scene, triangles, word) in [("door", "20000", "one size"), ("city", "99", "10000")] {
+        let arguments = ["generate", scene, "--triangles", triangles, "--out", "none"];
+        let refused = phototaxis(here.path()).args(arguments).assert().code(1).get_output().clone();
+        assert!(stderr(&refused).contains(word) && !here.path().join("none").exists(), "{}", stderr(&refused));
     }
     let unknown = phototaxis(here.path()).args(["generate", "castle"]).assert().code(1).get_output().clone();
     assert!(stderr(&unknown).contains("castle") && stderr(&unknown).contains("furnace"), "{}", stderr(&unknown));

@@ -1,6 +1,7 @@
 //! Corner by corner against tobj, on every file that it can read.
 
 use super::scenes;
+use crate::generate::large;
 use crate::geometry::mesh::Attribute;
 use crate::scene::obj::{Obj, load};
 use std::ops::Range;
@@ -50,18 +51,39 @@ fn corners_agree_with_tobj() {
             continue;
         }
         let obj = load(&path).unwrap_or_else(|e| panic!("tobj reads it: {e}"));
-        tally.files += 1;
-        let mut triangle = 0;
-        for face in faces(&models, &path) {
-            let at = format!("{}: triangle {triangle}", path.display());
-            triangle += compare(&obj, &face, triangle, &mut tally, &at);
-        }
-        assert_eq!(triangle, obj.mesh.triangles.len(), "{}", path.display());
+        compare_all(&obj, &faces(&models, &path), &mut tally, &path);
     }
     eprintln!("{tally:?}");
     assert!(tally.files > 60 && tally.triangles > 100_000 && tally.quads > 50_000);
     assert!(tally.others > 100);
     assert!(tally.attributes.iter().all(|&n| n > 100_000) && tally.bare.iter().all(|&n| n > 1000));
+}
+
+/// Generated scenes have many materials, texture coordinates and normals, and more than one block of text.
+#[test]
+fn generated_scenes_agree_with_tobj() {
+    for (name, normals) in [("city", 0), ("terrain", 90_000), ("forest", 8_000)] {
+        let folder = tempfile::tempdir().unwrap();
+        large::generate(name, 100_000, folder.path()).unwrap();
+        let mut tally = Tally::default();
+        for path in obj_files(folder.path()) {
+            let models = tobj_models(&path).expect("tobj reads it");
+            compare_all(&load(&path).unwrap(), &faces(&models, &path), &mut tally, &path);
+        }
+        let everywhere = if name == "forest" { 10_000 } else { 90_000 };
+        assert!(tally.attributes[0] > everywhere && tally.attributes[1] >= normals, "{name}: {tally:?}");
+    }
+}
+
+/// Compares all faces of a file.
+fn compare_all(obj: &Obj, faces: &[Face], tally: &mut Tally, path: &Path) {
+    tally.files += 1;
+    let mut triangle = 0;
+    for face in faces {
+        let at = format!("{}: triangle {triangle}", path.display());
+        triangle += compare(obj, face, triangle, tally, &at);
+    }
+    assert_eq!(triangle, obj.mesh.triangles.len(), "{}", path.display());
 }
 
 fn obj_files(folder: &Path) -> Vec<PathBuf> {
@@ -145,8 +167,17 @@ fn compare(obj: &Obj, face: &Face, triangle: usize, tally: &mut Tally, at: &str)
             continue;
         }
         assert_eq!(ours, [points[0], points[k + 1], points[k + 2]], "{at}");
-        let uvs = compare_attribute(&obj.mesh.uvs, triangle + k, &face.uvs, k, face.written[0], at);
-        let normals = compare_attribute(&obj.mesh.normals, triangle + k, &face.normals, k, face.written[1], at);
+        let uvs =
+            compare_attribute(&obj.mesh.uvs, &obj.mesh.triangles, triangle + k, &face.uvs, k, face.written[0], at);
+        let normals = compare_attribute(
+            &obj.mesh.normals,
+            &obj.mesh.triangles,
+            triangle + k,
+            &face.normals,
+            k,
+            face.written[1],
+            at,
+        );
         for (i, found) in [uvs, normals].into_iter().enumerate() {
             *(if found { &mut tally.attributes[i] } else { &mut tally.bare[i] }) += 1;
         }
@@ -157,13 +188,14 @@ fn compare(obj: &Obj, face: &Face, triangle: usize, tally: &mut Tally, at: &str)
 /// Compares triangle `k` of a fan; returns whether it has the attribute.
 fn compare_attribute<const N: usize>(
     ours: &Option<Attribute<[f32; N]>>,
+    triangles: &[[u32; 3]],
     triangle: usize,
     theirs: &[[f32; N]],
     k: usize,
     written: Option<bool>,
     at: &str,
 ) -> bool {
-    let ours = ours.as_ref().and_then(|attribute| attribute.corners(triangle));
+    let ours = ours.as_ref().and_then(|attribute| attribute.corners(triangles, triangle));
     match ours {
         Some(found) => assert_eq!(found, [0, k + 1, k + 2].map(|c| theirs[c]), "{at}"),
         // A normal of length zero is taken away.

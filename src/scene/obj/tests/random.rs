@@ -1,7 +1,7 @@
 //! Random files: legal ones load to what they were made from, others do not panic.
 
 use super::super::triangulate::triangulate;
-use super::load_text;
+use super::{load_text, triples};
 use crate::geometry::mesh::ABSENT;
 use crate::math::rng::Rng;
 use proptest::prelude::*;
@@ -189,9 +189,9 @@ fn assert_loads_as_written(written: &Written, block: u64) {
     let mesh = &obj.mesh;
     assert_eq!(mesh.positions, written.positions);
     assert_eq!(mesh.triangles, written.triangles, "{}", written.text);
-    let uvs = mesh.uvs.as_ref().map(|a| (a.values.clone(), a.indices.clone()));
+    let uvs = mesh.uvs.as_ref().map(|a| (a.values.clone(), triples(a, &mesh.triangles)));
     assert_eq!(uvs, attribute(&written.uvs, &written.uv_indices), "{}", written.text);
-    let normals = mesh.normals.as_ref().map(|a| (a.values.clone(), a.indices.clone()));
+    let normals = mesh.normals.as_ref().map(|a| (a.values.clone(), triples(a, &mesh.triangles)));
     assert_eq!(normals, attribute(&written.normals, &written.normal_indices), "{}", written.text);
     let names: Vec<&str> = mesh.materials.iter().map(|&m| &*obj.material_names[m as usize]).collect();
     assert_eq!(names, written.materials, "{}", written.text);

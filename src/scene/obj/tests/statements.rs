@@ -1,7 +1,7 @@
 //! One statement at a time.
 
 use super::super::source::Source;
-use super::load_text;
+use super::{load_text, triples};
 use crate::error::Error;
 use crate::geometry::mesh::ABSENT;
 use crate::scene::obj::{Obj, load};
@@ -58,8 +58,8 @@ fn corners_may_leave_attributes_out() {
         "vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 1//1 2//1 3//1\nf 1/1/ 2/1 3/1\nf 1 2/1 3//1\nf 1/ 2// 3\n",
     );
     let (some, none) = ([0; 3], [ABSENT; 3]);
-    assert_eq!(obj.mesh.uvs.unwrap().indices, [some, none, some, none, none]);
-    assert_eq!(obj.mesh.normals.unwrap().indices, [some, some, none, none, none]);
+    assert_eq!(triples(obj.mesh.uvs.as_ref().unwrap(), &obj.mesh.triangles), [some, none, some, none, none]);
+    assert_eq!(triples(obj.mesh.normals.as_ref().unwrap(), &obj.mesh.triangles), [some, some, none, none, none]);
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn relative_indices_count_back_from_their_line() {
     for block in [1, 30, 1000] {
         let obj = load_text(text, block).unwrap();
         assert_eq!(obj.mesh.triangles, [[0, 1, 2], [1, 2, 3]]);
-        assert_eq!(obj.mesh.uvs.unwrap().indices, [[0, 0, 0], [0, 0, 1]]);
+        assert_eq!(triples(obj.mesh.uvs.as_ref().unwrap(), &obj.mesh.triangles), [[0, 0, 0], [0, 0, 1]]);
     }
 }
 
@@ -195,7 +195,7 @@ fn faces_need_finite_vertices() {
 fn triangles_go_without_broken_attributes() {
     for bad in ["vn 0 0 0", "vn nan 0 1", "vn 1e30 0 0", "vn 1e-30 0 0"] {
         let obj = with_triangle(&format!("vn 0 0 1\n{bad}\nf 1//1 2//1 3//1\nf 1//1 2//1 3//2\n"));
-        assert_eq!(obj.mesh.normals.as_ref().unwrap().indices, [[0; 3], [ABSENT; 3]], "{bad}");
+        assert_eq!(triples(obj.mesh.normals.as_ref().unwrap(), &obj.mesh.triangles), [[0; 3], [ABSENT; 3]], "{bad}");
         assert_eq!(warnings(&obj), [(5, "1 normals have no direction; 1 triangles go without")]);
     }
     let obj = with_triangle("vt nan\nf 1/1 2/1 3/1\n");

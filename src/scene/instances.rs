@@ -1,0 +1,87 @@
+//! Meshes that stand in many places.
+
+use crate::embree::Hit;
+use crate::geometry::{Mesh, Placement, SurfaceInteraction};
+use crate::{Error, Result};
+use glam::Vec3;
+use std::sync::Arc;
+
+/// What a hit carries as its instance where the mesh is the scene's own.
+pub(super) const NO_INSTANCE: u32 = u32::MAX;
+
+/// The instances of a scene, in the order of their ids.
+///
+/// Each mesh of each instance is a *surface* of its own for lights, with a number: the scene's own meshes are numbered
+/// first, then those of one instance after the other.
+#[derive(Default)]
+pub(super) struct Instances {
+    groups: Vec<Vec<Arc<Mesh>>>,
+    places: Vec<Place>,
+    /// Id of the first instance, those below being the scene's own meshes.
+    first_id: u32,
+    /// Number of the next instance's first surface.
+    next_surface: u32,
+}
+
+struct Place {
+    group: usize,
+    placement: Placement,
+    first_surface: u32,
+}
+
+impl Instances {
+    /// No instances yet of `groups`, in a scene with `own` meshes that are no part of a group.
+    pub fn new(groups: Vec<Vec<Arc<Mesh>>>, own: u32) -> Instances {
+        Instances { groups, places: Vec::new(), first_id: own, next_surface: own }
+    }
+
+    /// The next instance; ids are given one by one.
+    ///
+    /// # Errors
+    /// Beyond 2³² − 1 surfaces.
+    pub fn push(&mut self, group: usize, placement: Placement) -> Result<()> {
+        self.places.push(Place { group, placement, first_surface: self.next_surface });
+        let meshes = self.groups[group].len() as u32;
+        let next = self.next_surface.checked_add(meshes);
+        self.next_surface = next.ok_or_else(|| Error::Scene("the scene has too many instances".into()))?;
+        Ok(())
+    }
+
+    /// The surface point of a hit on an instance.
+    #[inline(never)]
+    pub fn interaction(&self, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
+        let place = self.place(hit);
+        let mesh = &self.groups[place.group][hit.geometry as usize];
+        SurfaceInteraction::placed(mesh, &place.placement, hit, wo)
+    }
+
+    /// Number of the surface that a hit on an instance is on.
+    pub fn surface(&self, hit: &Hit) -> u32 {
+        self.place(hit).first_surface + hit.geometry
+    }
+
+    fn place(&self, hit: &Hit) -> &Place {
+        &self.places[(hit.instance - self.first_id) as usize]
+    }
+
+    /// Every surface: its number, its mesh, and where it stands.
+    pub fn surfaces(&self) -> impl Iterator<Item = (u32, &Mesh, &Placement)> + Clone {
+        self.places.iter().flat_map(|place| {
+            let meshes = self.groups[place.group].iter().map(|mesh| &**mesh);
+            (place.first_surface..).zip(meshes).map(|(number, mesh)| (number, mesh, &place.placement))
+        })
+    }
+
+    /// The groups' meshes, each once.
+    pub fn meshes(&self) -> impl Iterator<Item = &Arc<Mesh>> {
+        self.groups.iter().flatten()
+    }
+
+    /// Group and placement of each instance.
+    pub fn places(&self) -> impl Iterator<Item = (usize, &Placement)> {
+        self.places.iter().map(|place| (place.group, &place.placement))
+    }
+}
+
+#[cfg(test)]
+mod tests;
