@@ -1,6 +1,6 @@
 //! What the guide has to say at a vertex, and what it will learn of it.
 
-use super::Walk;
+use super::{Probe, Walk};
 use crate::bsdf::Bsdf;
 use crate::geometry::SurfaceInteraction;
 use crate::guiding::{PackedDirection, StateKey, Summary};
@@ -26,7 +26,7 @@ pub(super) struct Guided<'a> {
     pub(super) summary: Option<&'a Summary>,
 }
 
-impl<'a> Walk<'a, '_> {
+impl<'a, P: Probe> Walk<'a, '_, P> {
     /// What the guide knows of the state in which the path now is, where a guide could help its BSDF.
     #[inline]
     pub(super) fn ask_the_guide(&mut self, si: &SurfaceInteraction, wo: Vec3, bsdf: &Bsdf) -> Option<Guided<'a>> {
