@@ -23,6 +23,16 @@ pub struct Attribute<T> {
 }
 
 impl Mesh {
+    /// Bytes of its arrays, spare capacity included.
+    pub fn bytes(&self) -> usize {
+        fn of<T>(values: &Vec<T>) -> usize {
+            values.capacity() * size_of::<T>()
+        }
+        let normals = self.normals.as_ref().map_or(0, |n| of(&n.values) + of(&n.indices));
+        let uvs = self.uvs.as_ref().map_or(0, |uvs| of(&uvs.values) + of(&uvs.indices));
+        of(&self.positions) + of(&self.triangles) + of(&self.materials) + normals + uvs
+    }
+
     /// Texture coordinates of a triangle at the barycentric weights `u`, `v` of its second and third corner; the
     /// weights themselves where it has none.
     #[inline]

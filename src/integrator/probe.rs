@@ -27,15 +27,8 @@ pub enum Stage {
 }
 
 impl Stage {
-    pub const ALL: [Stage; 7] = [
-        Stage::Generate,
-        Stage::Intersect,
-        Stage::Shade,
-        Stage::NextEvent,
-        Stage::Guide,
-        Stage::Record,
-        Stage::Film,
-    ];
+    pub const ALL: [Stage; 7] =
+        [Stage::Generate, Stage::Intersect, Stage::Shade, Stage::NextEvent, Stage::Guide, Stage::Record, Stage::Film];
 }
 
 /// Rays of a wave and the paths they belong to.

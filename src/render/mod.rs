@@ -153,12 +153,7 @@ struct Driver<'a, W> {
 }
 
 impl<'a, W: Watch> Driver<'a, W> {
-    fn new(
-        scene: &'a Scene,
-        settings: &'a Settings,
-        Keeping { from, keep }: Keeping,
-        watch: &'a W,
-    ) -> Driver<'a, W> {
+    fn new(scene: &'a Scene, settings: &'a Settings, Keeping { from, keep }: Keeping, watch: &'a W) -> Driver<'a, W> {
         let start = Instant::now();
         // a guide that is given or to be kept is wanted, whatever it pays
         let judged = settings.guiding.method == GuidingMethod::Auto && from.is_none() && !keep;

@@ -76,6 +76,11 @@ impl Scene {
         self.bounds
     }
 
+    /// Mesh k is geometry k of [`Self::geometry`].
+    pub fn meshes(&self) -> &[Arc<Mesh>] {
+        &self.meshes
+    }
+
     pub fn triangles(&self) -> usize {
         self.meshes.iter().map(|mesh| mesh.triangles.len()).sum()
     }

@@ -6,9 +6,11 @@ mod bars;
 mod kinds;
 mod plot;
 mod raster;
+mod stack;
 mod svg;
 
 pub use raster::png;
+pub use stack::{Sheet, Stack, stacks};
 
 use super::cell::Cell;
 use super::plan::Plan;
