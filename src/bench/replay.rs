@@ -190,3 +190,14 @@ fn single(scene: &Scene, rays: &[Ray], kind: Kind) -> (Duration, usize) {
     };
     (start.elapsed(), found)
 }
+
+/// Rays to the last bit, in their order.
+#[cfg(test)]
+pub fn bits(strands: &[Strand]) -> Vec<[u32; 7]> {
+    let of = |ray: &Ray| {
+        let [ox, oy, oz] = ray.org.to_array();
+        let [dx, dy, dz] = ray.dir.to_array();
+        [ox, oy, oz, dx, dy, dz, ray.tfar].map(f32::to_bits)
+    };
+    strands.iter().flatten().flat_map(|chunk| chunk.rays.iter().map(of)).collect()
+}

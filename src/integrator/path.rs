@@ -231,11 +231,9 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 
         // What the guide knows of this state.
         let mut rng = self.batch.wave.paths.rng[i];
-        self.probe.step(Stage::Guide);
         let guided = self.ask_the_guide(&si, wo_world, &bsdf);
         let summary = guided.as_ref().and_then(|g| g.summary);
         self.log(i, depth, le, self.expectation(summary, &bsdf));
-        self.probe.step(Stage::Guide);
         let mixture = self.mixture(&si, wo, &bsdf, guided.as_ref());
 
         self.probe.step(Stage::NextEvent);

@@ -6,6 +6,8 @@
 
 mod program;
 mod stand_in;
+#[cfg(test)]
+mod tests;
 
 pub use program::{EmbreePlan, find_pathtracer};
 pub use stand_in::PointLight;

@@ -52,8 +52,8 @@ impl Output {
             }
             check_writable(path)?;
         }
-        let json = self.json.iter().filter(|path| path.as_os_str() != "-");
-        json.map(|path| check_writable(path)).collect()
+        let mut json = self.json.iter().filter(|path| path.as_os_str() != "-");
+        json.try_for_each(|path| check_writable(path))
     }
 
     /// What intervals mean, for the foot of a table and the note of a chart.
