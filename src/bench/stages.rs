@@ -26,6 +26,8 @@ pub struct MethodReport {
     pub shares: Vec<Share>,
     /// What a stamp at a vertex cost; it is taken off the shares.
     pub stamp_nanoseconds: f64,
+    /// How many times as long the watched render took; it is not in any figure.
+    pub watching: f64,
 }
 
 /// Share of the threads' time.
@@ -69,6 +71,7 @@ struct Run {
     rays: u64,
     shares: [f64; STAGES.len()],
     stamp_nanoseconds: f64,
+    watching: f64,
 }
 
 fn run(scene: &Scene, settings: &Settings) -> Result<Run> {
@@ -76,7 +79,7 @@ fn run(scene: &Scene, settings: &Settings) -> Result<Run> {
     let rendering = render_scene(scene, settings, &mut |_| true);
     let cpu_seconds = cpu::times()?.own - before.own;
     let clock = Clock::default();
-    render_watched(scene, settings, Keeping::default(), &clock, &mut |_| true);
+    let watched = render_watched(scene, settings, Keeping::default(), &clock, &mut |_| true);
     let split = clock.split()?;
     let counters = rendering.iterations.iter().map(|i| &i.counters);
     Ok(Run {
@@ -86,6 +89,7 @@ fn run(scene: &Scene, settings: &Settings) -> Result<Run> {
         rays: counters.map(|c| c.rays + c.shadow_rays).sum(),
         shares: shares(&rendering, &split.shares)?,
         stamp_nanoseconds: split.stamp_nanoseconds,
+        watching: watched.seconds / rendering.seconds,
     })
 }
 
@@ -124,5 +128,6 @@ fn report(method: &'static str, runs: &[Run]) -> Result<MethodReport> {
         rays_per_sample: mean(of(|run| run.rays as f64 / run.samples as f64)),
         shares: STAGES.iter().enumerate().map(share).collect(),
         stamp_nanoseconds: mean(of(|run| run.stamp_nanoseconds)),
+        watching: mean(of(|run| run.watching)),
     })
 }

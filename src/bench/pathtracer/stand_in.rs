@@ -2,7 +2,6 @@
 
 use super::EmbreePlan;
 use crate::film::atomic::write_atomically;
-use crate::geometry::Mesh;
 use crate::scene::description::{
     CameraDescription, Filter, GuidingMethod, GuidingSettings, IntegratorSettings, LightDescription, MeshDescription,
     RenderSettings, Roulette, SceneDescription,
@@ -10,6 +9,7 @@ use crate::scene::description::{
 use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};
+use rustc_hash::FxHashMap;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -39,7 +39,7 @@ impl StandIn {
     pub fn write(scene: &Scene, description: &SceneDescription, plan: &EmbreePlan) -> Result<StandIn> {
         let folder = TempDir::with_prefix("phototaxis-bench-").map_err(Error::io(std::env::temp_dir()))?;
         let model = folder.path().join(MODEL);
-        write_atomically(&model, |file| write_model(file, scene.meshes()))?;
+        write_atomically(&model, |file| write_model(file, scene.facets()))?;
         let albedo = plan.albedo;
         let library = format!("newmtl {GREY}\nillum 1\nKd {albedo} {albedo} {albedo}\n");
         write_atomically(&folder.path().join(LIBRARY), |file| file.write_all(library.as_bytes()))?;
@@ -85,18 +85,21 @@ fn stand_in(
     }
 }
 
-/// Positions and faces, mesh by mesh; both renderers are to take the normals of triangles.
-fn write_model(file: &mut dyn Write, meshes: &[std::sync::Arc<Mesh>]) -> io::Result<()> {
+/// Triangles in world space, corners that coincide held once; both renderers are to take the normals of triangles.
+fn write_model(file: &mut dyn Write, facets: impl Iterator<Item = [Vec3; 3]>) -> io::Result<()> {
     writeln!(file, "mtllib {LIBRARY}\nusemtl {GREY}")?;
-    let mut first = 1;
-    for mesh in meshes {
-        for [x, y, z] in &mesh.positions {
-            writeln!(file, "v {x} {y} {z}")?;
+    let mut numbers = FxHashMap::default();
+    for facet in facets {
+        let mut corners = [0; 3];
+        for (corner, p) in corners.iter_mut().zip(facet) {
+            let next = numbers.len() + 1;
+            *corner = *numbers.entry(p.to_array().map(f32::to_bits)).or_insert(next);
+            if *corner == next {
+                writeln!(file, "v {} {} {}", p.x, p.y, p.z)?;
+            }
         }
-        for [a, b, c] in &mesh.triangles {
-            writeln!(file, "f {} {} {}", first + *a as usize, first + *b as usize, first + *c as usize)?;
-        }
-        first += mesh.positions.len();
+        let [a, b, c] = corners;
+        writeln!(file, "f {a} {b} {c}")?;
     }
     Ok(())
 }

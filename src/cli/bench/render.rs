@@ -68,14 +68,16 @@ fn shares(methods: &[MethodReport]) -> Table {
     let row = |m: &MethodReport| {
         let shares = m.shares.iter().map(|s| format!("{:.1}", 100.0 * s.share));
         let name = std::iter::once(m.method.to_owned());
-        name.chain(shares).chain([format!("{:.0}", m.stamp_nanoseconds)]).collect()
+        name.chain(shares).chain([format!("{:.0}", m.stamp_nanoseconds), format!("{:.2}", m.watching)]).collect()
     };
     let stages = methods.first().map_or(Vec::new(), |m| m.shares.iter().map(|s| s.stage).collect());
     Table {
         title: "Share of the threads' time, in per cent".into(),
-        headings: [vec!["method"], stages, vec!["stamp ns"]].concat(),
+        headings: [vec!["method"], stages, vec!["stamp ns", "watched ×"]].concat(),
         rows: methods.iter().map(row).collect(),
-        foot: "means over turns; what a stamp of the clock costs is taken off".into(),
+        foot:
+            "means over turns; what a stamp of the clock costs is taken off; watched: how much longer that render took"
+                .into(),
     }
 }
 
