@@ -1,165 +1,174 @@
-//! Single rays against packets, coherent and not, in tile order, sorted and shuffled.
-//!
-//! Every figure counts what the renderer pays: rays written into packets, traced, and their hits read back. Variants
-//! take turns, so that a machine that changes its pace slows them all alike; the median over the turns is kept.
+//! How much of the time is Embree's: a render's own rays through Embree alone, beside the render.
 
-use crate::embree::{
-    Coherence, HitBatch, HitPacket, Packet8, Packet16, Ray, Shadow8, Shadow16, ShadowBatch, ShadowPacket,
-};
-use crate::geometry::Frame;
-use crate::math::{rng::Rng, warp};
+use super::record::{Kind, Recorder, Recording};
+use super::replay::{RayOrder, RaySet, Strand, arranged, as_rendered, count, replay};
+use super::{median, settings, with_threads};
+use crate::render::{Keeping, Rendering, Settings, render, render_watched};
 use crate::scene::Scene;
-use glam::Vec3;
+use crate::scene::description::{GuidingMethod, SceneDescription};
+use crate::stats::Median;
+use crate::{Error, Result};
 use serde::Serialize;
-use std::time::Instant;
 
-/// Rays of one set.
-const RAYS: u32 = 1 << 16;
-/// Rays of a batch, as in the renderer.
-const BATCH: usize = 4096;
+const WIDTHS: [usize; 3] = [1, 8, 16];
 
-/// One kind of ray, as a path tracer meets it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RaySet {
-    Camera,
-    Bounce1,
-    Bounce2,
-    Shadow,
-}
-
-/// Speed of one way to trace one set.
+/// What an unguided render's rays cost, in it and alone. Rates are in millions of rays a second of all threads together.
 #[derive(Clone, Debug, Serialize)]
-pub struct RayFigure {
+pub struct RaysReport {
+    pub width: u32,
+    pub height: u32,
+    pub spp: u32,
+    pub max_depth: u32,
+    pub paths: u64,
+    pub rays: u64,
+    pub shadow_rays: u64,
+    /// Shares of them that met something.
+    pub hit_share: f64,
+    pub occluded_share: f64,
+    pub whole: Vec<WholeFigure>,
+    pub replays: Vec<ReplayFigure>,
+}
+
+/// The whole renderer against Embree on the same rays in the same calls.
+#[derive(Clone, Debug, Serialize)]
+pub struct WholeFigure {
+    pub threads: usize,
+    /// All rays over the render's seconds, from its first ray to its last sample in the picture.
+    pub renderer: Median,
+    /// All rays over the seconds within Embree's calls, alone.
+    pub embree: Median,
+    /// The same within the render.
+    pub stage: Median,
+    /// `renderer` over `embree`: the share of the render's time that Embree alone would take.
+    pub share: Median,
+    /// `stage` over `embree`.
+    pub stage_share: Median,
+}
+
+/// One set of rays, in one order, one width and so many threads.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReplayFigure {
     pub set: RaySet,
-    pub order: &'static str,
-    /// Rays at a time: 1, 8 or 16.
+    pub order: RayOrder,
     pub width: usize,
-    pub coherent: bool,
-    /// Median over the turns, in millions of rays per second on one thread.
-    pub mrays_per_second: f64,
-    /// Against single rays in tile order.
-    pub ratio: f64,
+    pub threads: usize,
+    pub rays: usize,
+    pub mrays_per_second: Median,
+    /// Against single rays as they come, with as many threads.
+    pub ratio: Median,
 }
 
-/// Measures every variant on the scene's own rays, `turns` times each.
-pub fn measure(scene: &Scene, turns: usize) -> Vec<RayFigure> {
-    let sets = ray_sets(scene);
-    sets.iter()
-        .filter(|(_, rays)| !rays.is_empty())
-        .flat_map(|(set, rays)| measure_set(scene, *set, rays, turns))
-        .collect()
-}
-
-fn measure_set(scene: &Scene, set: RaySet, rays: &[Ray], turns: usize) -> Vec<RayFigure> {
-    let orders = [("tile", rays.to_vec()), ("octant", by_octant(rays)), ("shuffled", shuffled(rays))];
-    let modes = [(1, false), (8, false), (16, false), (8, true), (16, true)];
-    let variants: Vec<_> = orders.iter().flat_map(|order| modes.map(|mode| (order, mode))).collect();
-    let mut seconds = vec![Vec::new(); variants.len()];
-    for _ in 0..turns {
-        for (((_, rays), (width, coherent)), seconds) in variants.iter().zip(&mut seconds) {
-            seconds.push(time(scene, set, rays, *width, *coherent));
+/// Records an unguided render and measures it, `turns` times with one thread and with `threads`.
+///
+/// # Errors
+/// Where nothing is hit, or threads cannot be started.
+pub fn rays(scene: &Scene, description: &SceneDescription, threads: usize, turns: usize) -> Result<RaysReport> {
+    let settings = settings(description, GuidingMethod::None);
+    let recorder = Recorder::default();
+    let rendering = render_watched(scene, &settings, Keeping::default(), &recorder, &mut |_| true);
+    let recording = recorder.finish();
+    let counts = if threads > 1 { vec![1, threads] } else { vec![1] };
+    let whole = counts.iter().map(|&n| whole(scene, &settings, &recording, n, turns)).collect::<Result<Vec<_>>>()?;
+    let mut replays = Vec::new();
+    for set in RaySet::ALL {
+        for &n in &counts {
+            replays.extend(replay_set(scene, &recording, set, n, turns)?);
         }
     }
-    let rates: Vec<f64> = seconds.iter_mut().map(|s| rays.len() as f64 / median(s) * 1e-6).collect();
-    let figures = variants.iter().zip(&rates).map(|(((order, _), (width, coherent)), &rate)| RayFigure {
-        set,
-        order,
-        width: *width,
-        coherent: *coherent,
-        mrays_per_second: rate,
-        ratio: rate / rates[0],
-    });
-    figures.collect()
+    Ok(RaysReport { whole, replays, ..summary(scene, &settings, &rendering, &recording) })
 }
 
-fn time(scene: &Scene, set: RaySet, rays: &[Ray], width: usize, coherent: bool) -> f64 {
-    let coherence = if coherent { Coherence::Coherent } else { Coherence::Incoherent };
-    let start = Instant::now();
-    let found = match (set, width) {
-        (RaySet::Shadow, 1) => rays.iter().filter(|ray| scene.geometry().occluded(ray)).count(),
-        (RaySet::Shadow, 8) => shadows::<Shadow8>(scene, rays, coherence),
-        (RaySet::Shadow, _) => shadows::<Shadow16>(scene, rays, coherence),
-        (_, 1) => rays.iter().filter(|ray| scene.geometry().intersect(ray).is_some()).count(),
-        (_, 8) => hits::<Packet8>(scene, rays, coherence),
-        _ => hits::<Packet16>(scene, rays, coherence),
+fn summary(scene: &Scene, settings: &Settings, rendering: &Rendering, recording: &Recording) -> RaysReport {
+    let share = |kind: Kind| {
+        let found: usize = recording.batches.iter().flatten().filter(|w| w.kind == kind).map(|w| w.found).sum();
+        found as f64 / recording.rays(kind).max(1) as f64
     };
-    std::hint::black_box(found);
-    start.elapsed().as_secs_f64()
-}
-
-fn hits<P: HitPacket>(scene: &Scene, rays: &[Ray], coherence: Coherence) -> usize {
-    let mut batch = HitBatch::<P>::with_capacity(BATCH);
-    let mut found = 0;
-    for rays in rays.chunks(BATCH) {
-        batch.clear();
-        rays.iter().for_each(|ray| batch.push(ray));
-        batch.trace(scene.geometry(), coherence);
-        found += (0..batch.len()).filter(|&i| batch.hit(i).is_some()).count();
+    RaysReport {
+        width: scene.camera.width,
+        height: scene.camera.height,
+        spp: rendering.samples,
+        max_depth: settings.integrator.max_depth,
+        paths: rendering.iterations.iter().map(|i| i.counters.paths).sum(),
+        rays: recording.rays(Kind::Closest) as u64,
+        shadow_rays: recording.rays(Kind::Shadow) as u64,
+        hit_share: share(Kind::Closest),
+        occluded_share: share(Kind::Shadow),
+        whole: Vec::new(),
+        replays: Vec::new(),
     }
-    found
 }
 
-fn shadows<P: ShadowPacket>(scene: &Scene, rays: &[Ray], coherence: Coherence) -> usize {
-    let mut batch = ShadowBatch::<P>::with_capacity(BATCH);
-    let mut found = 0;
-    for rays in rays.chunks(BATCH) {
-        batch.clear();
-        rays.iter().for_each(|ray| batch.push(ray));
-        batch.trace(scene.geometry(), coherence);
-        found += (0..batch.len()).filter(|&i| batch.occluded(i)).count();
+/// Rates of one turn.
+struct Turn {
+    renderer: f64,
+    embree: f64,
+    stage: f64,
+}
+
+fn whole(
+    scene: &Scene,
+    settings: &Settings,
+    recording: &Recording,
+    threads: usize,
+    turns: usize,
+) -> Result<WholeFigure> {
+    let strands = as_rendered(recording);
+    let turn = || turn(scene, settings, &strands, threads);
+    let turns: Vec<Turn> = with_threads(threads, || (0..turns).map(|_| turn()).collect())?;
+    let of = |figure: fn(&Turn) -> f64| median(&turns.iter().map(figure).collect::<Vec<_>>());
+    Ok(WholeFigure {
+        threads,
+        renderer: of(|turn| turn.renderer)?,
+        embree: of(|turn| turn.embree)?,
+        stage: of(|turn| turn.stage)?,
+        share: of(|turn| turn.renderer / turn.embree)?,
+        stage_share: of(|turn| turn.stage / turn.embree)?,
+    })
+}
+
+fn turn(scene: &Scene, settings: &Settings, strands: &[Strand], threads: usize) -> Turn {
+    let rendering = render(scene, settings, &mut |_| true);
+    let within: f64 = rendering.iterations.iter().map(|i| i.counters.embree.as_secs_f64()).sum();
+    let (alone, _) = replay(scene.geometry(), strands, 16);
+    let rays = count(strands) as f64 * 1e-6;
+    let n = threads as f64;
+    Turn { renderer: rays / rendering.seconds, embree: n * rays / alone, stage: n * rays / within }
+}
+
+fn replay_set(
+    scene: &Scene,
+    recording: &Recording,
+    set: RaySet,
+    threads: usize,
+    turns: usize,
+) -> Result<Vec<ReplayFigure>> {
+    let orders = RayOrder::ALL.map(|order| (order, arranged(recording, set, order)));
+    let rays = count(&orders[0].1);
+    if rays == 0 {
+        return Ok(Vec::new());
     }
-    found
-}
-
-/// Camera rays in blocks of 4×4 pixels, cosine-distributed bounces from their hits, and shadow rays from these.
-fn ray_sets(scene: &Scene) -> [(RaySet, Vec<Ray>); 4] {
-    let mut rng = Rng::new(11);
-    let camera = &scene.camera;
-    let blocks_across = camera.width.div_ceil(4);
-    let blocks = blocks_across * camera.height.div_ceil(4);
-    let pixel = |i: u32| {
-        let block = (i / 16) % blocks;
-        (block % blocks_across * 4 + i % 4, block / blocks_across * 4 + i % 16 / 4)
+    // the first is what the others are compared with
+    let variants: Vec<_> = orders.iter().flat_map(|order| WIDTHS.map(|width| (order, width))).collect();
+    let take_turns = || -> Vec<Vec<(f64, usize)>> {
+        let one = || variants.iter().map(|((_, strands), width)| replay(scene.geometry(), strands, *width)).collect();
+        (0..turns).map(|_| one()).collect()
     };
-    let first: Vec<Ray> = (0..RAYS).map(pixel).map(|(x, y)| camera.ray(x, y, rng.f32x2())).collect();
-    let (bounce1, shadow) = bounce(scene, &first, &mut rng);
-    let (bounce2, _) = bounce(scene, &bounce1, &mut rng);
-    [(RaySet::Camera, first), (RaySet::Bounce1, bounce1), (RaySet::Bounce2, bounce2), (RaySet::Shadow, shadow)]
-}
-
-fn bounce(scene: &Scene, rays: &[Ray], rng: &mut Rng) -> (Vec<Ray>, Vec<Ray>) {
-    let (mut next, mut shadow) = (Vec::new(), Vec::new());
-    for ray in rays {
-        let Some(hit) = scene.geometry().intersect(ray) else { continue };
-        let si = scene.interaction(&hit, -ray.dir);
-        let facing = if si.ng.dot(ray.dir) > 0.0 { -si.ng } else { si.ng };
-        let dir = Frame::from_normal(facing).to_world(warp::square_to_cosine_hemisphere(rng.f32x2()));
-        next.push(Ray { org: si.spawn(dir), dir, tfar: f32::INFINITY });
-        let light = scene.lights().sample(si.p, rng.f64(), rng.f32x2()).filter(|light| light.wi.dot(facing) > 0.0);
-        shadow.extend(light.map(|light| light.shadow_ray(si.spawn(light.wi))));
+    let measured = with_threads(threads, take_turns)?;
+    if let Some(k) = (1..variants.len()).find(|&k| disagree(measured[0][k].1, measured[0][0].1, rays)) {
+        let ((order, _), width) = variants[k];
+        let text = format!("{} rays, {}, {width} wide, meet other things than single ones", set.name(), order.name());
+        return Err(Error::Scene(text));
     }
-    (next, shadow)
+    let figure = |(k, ((order, _), width)): (usize, &(&(RayOrder, Vec<Strand>), usize))| {
+        let rates: Vec<f64> = measured.iter().map(|turn| threads as f64 * rays as f64 * 1e-6 / turn[k].0).collect();
+        let ratios: Vec<f64> = measured.iter().map(|turn| turn[0].0 / turn[k].0).collect();
+        let (mrays_per_second, ratio) = (median(&rates)?, median(&ratios)?);
+        Ok(ReplayFigure { set, order: *order, width: *width, threads, rays, mrays_per_second, ratio })
+    };
+    variants.iter().enumerate().map(figure).collect()
 }
 
-/// Sorted by the signs of the direction, batch by batch: the cheapest order that could help.
-fn by_octant(rays: &[Ray]) -> Vec<Ray> {
-    let octant = |d: Vec3| (d.x < 0.0) as u8 | ((d.y < 0.0) as u8) << 1 | ((d.z < 0.0) as u8) << 2;
-    let mut sorted = rays.to_vec();
-    sorted.chunks_mut(BATCH).for_each(|batch| batch.sort_by_key(|ray| octant(ray.dir)));
-    sorted
-}
-
-fn shuffled(rays: &[Ray]) -> Vec<Ray> {
-    let mut rng = Rng::new(13);
-    let mut all = rays.to_vec();
-    for i in (1..all.len()).rev() {
-        all.swap(i, rng.next_u32() as usize % (i + 1));
-    }
-    all
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+/// Rays that graze an edge may be decided otherwise in a packet: a few in a million.
+fn disagree(found: usize, expected: usize, rays: usize) -> bool {
+    found.abs_diff(expected) as f64 > 1.0 + 1e-4 * rays as f64
 }

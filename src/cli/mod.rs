@@ -37,7 +37,7 @@ enum Command {
     Render(render::RenderArguments),
     /// Print how far a picture is from a reference, as JSON: MSE, relMSE (all and trimmed), MAPE, SMAPE.
     Error(error::ErrorArguments),
-    /// Measure how rays are best traced here: single or in packets, in which order, with which flags.
+    /// Measure this program here: its rays against Embree alone, what its time goes into, loading, a rival.
     Bench(bench::BenchArguments),
     /// Show what the guide knows of the place behind a pixel, and how large it is.
     Inspect(inspect::InspectArguments),

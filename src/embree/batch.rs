@@ -108,6 +108,13 @@ impl<P: ShadowPacket> ShadowBatch<P> {
         self.len += 1;
     }
 
+    /// Ray `i` as pushed; [`ShadowBatch::trace`] changes its `tfar` where something lies on it.
+    #[inline]
+    pub fn ray(&self, i: usize) -> Ray {
+        debug_assert!(i < self.len);
+        self.packets[i / P::WIDTH].ray(i % P::WIDTH)
+    }
+
     /// Whether something lay on ray `i` in the last [`ShadowBatch::trace`].
     #[inline]
     pub fn occluded(&self, i: usize) -> bool {

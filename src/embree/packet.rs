@@ -66,13 +66,15 @@ pub trait ShadowPacket: Copy + private::Sealed {
     #[doc(hidden)]
     fn set(&mut self, lane: usize, ray: &Ray);
     #[doc(hidden)]
+    fn ray(&self, lane: usize) -> Ray;
+    #[doc(hidden)]
     fn occluded(&self, lane: usize) -> bool;
     #[doc(hidden)]
     fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence);
 }
 
 macro_rules! packets {
-    ($hit_name:ident, $shadow_name:ident, $width:literal, $rayhit:ident, $ray:ident, $store:ident, $intersect:ident, $occluded:ident) => {
+    ($hit_name:ident, $shadow_name:ident, $width:literal, $rayhit:ident, $ray:ident, $store:ident, $load:ident, $intersect:ident, $occluded:ident) => {
         #[doc = concat!($width, " rays for closest hits.")]
         #[derive(Clone, Copy)]
         #[repr(transparent)]
@@ -101,6 +103,15 @@ macro_rules! packets {
             packet.flags[lane] = 0;
         }
 
+        #[inline(always)]
+        fn $load(packet: &sys::$ray, lane: usize) -> Ray {
+            Ray {
+                org: Vec3::new(packet.org_x[lane], packet.org_y[lane], packet.org_z[lane]),
+                dir: Vec3::new(packet.dir_x[lane], packet.dir_y[lane], packet.dir_z[lane]),
+                tfar: packet.tfar[lane],
+            }
+        }
+
         impl HitPacket for $hit_name {
             const WIDTH: usize = $width;
 
@@ -118,12 +129,7 @@ macro_rules! packets {
 
             #[inline(always)]
             fn ray(&self, lane: usize) -> Ray {
-                let r = &self.0.ray;
-                Ray {
-                    org: Vec3::new(r.org_x[lane], r.org_y[lane], r.org_z[lane]),
-                    dir: Vec3::new(r.dir_x[lane], r.dir_y[lane], r.dir_z[lane]),
-                    tfar: r.tfar[lane],
-                }
+                $load(&self.0.ray, lane)
             }
 
             #[inline(always)]
@@ -161,6 +167,11 @@ macro_rules! packets {
             }
 
             #[inline(always)]
+            fn ray(&self, lane: usize) -> Ray {
+                $load(&self.0, lane)
+            }
+
+            #[inline(always)]
             fn occluded(&self, lane: usize) -> bool {
                 self.0.tfar[lane] == f32::NEG_INFINITY
             }
@@ -174,8 +185,8 @@ macro_rules! packets {
     };
 }
 
-packets!(Packet8, Shadow8, 8, RTCRayHit8, RTCRay8, store8, intersect8, occluded8);
-packets!(Packet16, Shadow16, 16, RTCRayHit16, RTCRay16, store16, intersect16, occluded16);
+packets!(Packet8, Shadow8, 8, RTCRayHit8, RTCRay8, store8, load8, intersect8, occluded8);
+packets!(Packet16, Shadow16, 16, RTCRayHit16, RTCRay16, store16, load16, intersect16, occluded16);
 
 /// Closest hit of a single ray.
 pub(super) fn intersect_one(scene: &super::Scene, ray: &Ray) -> Option<Hit> {

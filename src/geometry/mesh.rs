@@ -41,6 +41,13 @@ impl Mesh {
         self.triangles[triangle].map(|i| Vec3::from(self.positions[i as usize]))
     }
 
+    /// Bytes of its arrays, spare capacity included.
+    pub fn bytes(&self) -> usize {
+        let normals = self.normals.as_ref().map_or(0, Attribute::bytes);
+        let uvs = self.uvs.as_ref().map_or(0, Attribute::bytes);
+        of(&self.positions) + of(&self.triangles) + of(&self.materials) + normals + uvs
+    }
+
     /// Texture coordinates of a triangle at the barycentric weights `u`, `v` of its second and third corner; the
     /// weights themselves where it has none.
     #[inline]
@@ -53,7 +60,20 @@ impl Mesh {
     }
 }
 
+/// Bytes that a vector holds.
+fn of<T>(values: &Vec<T>) -> usize {
+    values.capacity() * size_of::<T>()
+}
+
 impl<T: Copy> Attribute<T> {
+    fn bytes(&self) -> usize {
+        let own = match &self.indices {
+            Indices::Own(indices) => of(indices),
+            Indices::OfPositions => 0,
+        };
+        of(&self.values) + own
+    }
+
     /// The three values at the corners of a triangle of the mesh whose `triangles` these are.
     #[inline]
     pub fn corners(&self, triangles: &[[u32; 3]], triangle: usize) -> Option<[T; 3]> {

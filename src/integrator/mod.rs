@@ -4,6 +4,7 @@ mod backup;
 pub mod batch;
 pub mod mixture;
 pub mod path;
+pub mod probe;
 mod roulette;
 
 pub use batch::{Batch, BatchResult, Counters, Task};

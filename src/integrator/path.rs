@@ -5,8 +5,9 @@ mod light;
 mod outcome;
 
 use super::backup::{Arrival, Edge};
-use super::batch::{Batch, BatchResult, Continuation, Counters, Task};
+use super::batch::{Batch, BatchResult, Continuation, Counters, Task, Wave};
 use super::mixture::Mixture;
+use super::probe::{Cast, Probe, Stage};
 use super::roulette::Efficiency;
 use crate::embree::{Coherence, Ray};
 use crate::film::tile::{Features, Tile};
@@ -42,11 +43,17 @@ pub struct GuideUse<'a> {
 impl PathIntegrator<'_> {
     /// Renders one task.
     pub fn render(&self, task: &Task, batch: &mut Batch) -> BatchResult {
+        self.render_probed(task, batch, &mut ())
+    }
+
+    /// As [`Self::render`], watched.
+    pub fn render_probed<P: Probe>(&self, task: &Task, batch: &mut Batch, probe: &mut P) -> BatchResult {
         let start = Instant::now();
         let mut walk = Walk {
             integrator: self,
             task,
             batch,
+            probe,
             counters: Counters { paths: task.paths() as u64, ..Counters::default() },
             learn: self.guide.is_some_and(|g| g.learn),
             jitter: [0.5; 3],
@@ -85,17 +92,19 @@ impl PathIntegrator<'_> {
             batch.wave.paths.push(Continuation { slot, throughput: Rgb::ONE, rng, pdf, analog: 1.0, arrival: None });
         }
         let counters = Counters::default();
-        let mut walk = Walk { integrator: self, task: &task, batch, counters, learn: false, jitter: [0.5; 3] };
+        let (probe, jitter) = (&mut (), [0.5; 3]);
+        let mut walk = Walk { integrator: self, task: &task, batch, probe, counters, learn: false, jitter };
         walk.advance(2);
         walk.batch.radiance.clone()
     }
 }
 
 /// One batch on its way.
-struct Walk<'a, 'b> {
+struct Walk<'a, 'b, P> {
     integrator: &'a PathIntegrator<'a>,
     task: &'a Task,
     batch: &'b mut Batch,
+    probe: &'b mut P,
     counters: Counters,
     learn: bool,
     /// Moves the wave's look-ups in the guide. One jitter serves a whole wave: neighbours then read the same tables,
@@ -104,9 +113,10 @@ struct Walk<'a, 'b> {
     jitter: [f32; 3],
 }
 
-impl<'a> Walk<'a, '_> {
+impl<'a, P: Probe> Walk<'a, '_, P> {
     /// Camera rays, sample by sample, pixels in blocks of 4×4 so that a packet looks one way.
     fn generate(&mut self) {
+        self.probe.stage(Stage::Generate);
         let (task, integrator, b) = (self.task, self.integrator, &mut *self.batch);
         let tile = task.tile;
         b.wave.clear();
@@ -140,15 +150,29 @@ impl<'a> Walk<'a, '_> {
             }
             let coherence = if depth == 1 { Coherence::Coherent } else { Coherence::Incoherent };
             self.counters.rays += self.batch.wave.rays.len() as u64;
-            let scene = self.integrator.scene;
-            self.counters.embree += timed(|| self.batch.wave.rays.trace(scene.geometry(), coherence));
+            self.trace(depth, coherence);
             self.shade_wave(depth);
             self.counters.shadow_rays += self.batch.shadow_rays.len() as u64;
-            self.counters.embree += timed(|| self.batch.shadow_rays.trace(scene.geometry(), Coherence::Incoherent));
+            self.trace_shadows(depth);
             self.add_next_events(depth);
             std::mem::swap(&mut self.batch.wave, &mut self.batch.next);
             depth += 1;
         }
+    }
+
+    fn trace(&mut self, depth: usize, coherence: Coherence) {
+        self.probe.stage(Stage::Intersect);
+        let Wave { rays, paths } = &mut self.batch.wave;
+        let (cast, geometry) = (Cast { rays, slots: &paths.slot, depth }, self.integrator.scene.geometry());
+        self.counters.embree += timed(|| self.probe.trace(cast, geometry, coherence));
+    }
+
+    fn trace_shadows(&mut self, depth: usize) {
+        self.probe.stage(Stage::Intersect);
+        let Batch { shadow_rays, next_events, .. } = &mut *self.batch;
+        let cast = Cast { rays: shadow_rays, slots: &next_events.slot, depth };
+        let geometry = self.integrator.scene.geometry();
+        self.counters.embree += timed(|| self.probe.trace_shadows(cast, geometry, Coherence::Incoherent));
     }
 
     /// Random numbers of the batch, apart from those of its paths.
@@ -159,6 +183,7 @@ impl<'a> Walk<'a, '_> {
     }
 
     fn shade_wave(&mut self, depth: usize) {
+        self.probe.stage(Stage::Shade);
         self.batch.shadow_rays.clear();
         self.batch.next_events.clear();
         self.batch.next.clear();
@@ -211,11 +236,13 @@ impl<'a> Walk<'a, '_> {
         self.log(i, depth, le, self.expectation(summary, &bsdf));
         let mixture = self.mixture(&si, wo, &bsdf, guided.as_ref());
 
+        self.probe.step(Stage::NextEvent);
         if settings.next_event && bsdf.has_smooth() {
             self.ask_a_light(&si, wo, &mixture, slot, throughput, depth, &mut rng);
         }
 
         // The next direction, or several.
+        self.probe.step(Stage::Shade);
         let albedo = bsdf.albedo(wo);
         let analog = self.batch.wave.paths.analog[i] * albedo.max_element();
         let guides = Mixture::guides(&bsdf, false);

@@ -2,11 +2,11 @@
 //! learning. With on-line updates the guide of the last block knows all, that of the first nothing.
 
 use super::schedule::{round_paths, rounds};
-use super::{Driver, Observer};
+use super::{Driver, Observer, Watch};
 use crate::film::accumulate::FEATURE_SAMPLES;
 use std::time::Instant;
 
-impl Driver<'_> {
+impl<W: Watch> Driver<'_, W> {
     /// A single iteration over all blocks. The observer is asked between stretches of whole blocks; those that it does
     /// not want stay blank.
     pub(super) fn run_blocks(&mut self, observer: Observer) {

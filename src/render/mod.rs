@@ -12,6 +12,7 @@ use crate::film::accumulate::{Estimate, FEATURE_SAMPLES, Film};
 use crate::guiding::Guide;
 use crate::guiding::file::Trained;
 use crate::integrator::path::GuideUse;
+use crate::integrator::probe::Watch;
 use crate::integrator::{Batch, BatchResult, Counters, Efficiency, PathIntegrator, Task};
 use crate::math::luminance;
 use crate::scene::Scene;
@@ -40,6 +41,8 @@ pub struct IterationReport {
     pub seconds: f64,
     /// Seconds of it between rounds, in which the guide learnt and froze.
     pub learn_seconds: f64,
+    /// Seconds of it between rounds, in which the picture took the samples of tiles.
+    pub film_seconds: f64,
     pub counters: Counters,
     /// States that could be drawn from during the iteration.
     pub usable_states: usize,
@@ -92,7 +95,18 @@ pub fn render(scene: &Scene, settings: &Settings, observer: Observer) -> Renderi
 
 /// As [`render`], with a guide that was learnt before, or will be used after.
 pub fn render_keeping(scene: &Scene, settings: &Settings, keeping: Keeping, observer: Observer) -> Rendering {
-    let mut driver = Driver::new(scene, settings, keeping);
+    render_watched(scene, settings, keeping, &(), observer)
+}
+
+/// As [`render_keeping`], every batch of it watched.
+pub fn render_watched<W: Watch>(
+    scene: &Scene,
+    settings: &Settings,
+    keeping: Keeping,
+    watch: &W,
+    observer: Observer,
+) -> Rendering {
+    let mut driver = Driver::new(scene, settings, keeping, watch);
     match settings.render.order {
         Order::Progressive => driver.run(observer),
         Order::Blocks => driver.run_blocks(observer),
@@ -119,9 +133,10 @@ fn combine(settings: &Settings) -> Combine {
 /// Samples per pixel that an iteration plans at most.
 const LONGEST: u32 = 1 << 30;
 
-struct Driver<'a> {
+struct Driver<'a, W> {
     scene: &'a Scene,
     settings: &'a Settings,
+    watch: &'a W,
     tiling: Tiling,
     film: Film,
     guide: Option<Guide>,
@@ -137,8 +152,8 @@ struct Driver<'a> {
     start: Instant,
 }
 
-impl<'a> Driver<'a> {
-    fn new(scene: &'a Scene, settings: &'a Settings, Keeping { from, keep }: Keeping) -> Driver<'a> {
+impl<'a, W: Watch> Driver<'a, W> {
+    fn new(scene: &'a Scene, settings: &'a Settings, Keeping { from, keep }: Keeping, watch: &'a W) -> Driver<'a, W> {
         let start = Instant::now();
         // a guide that is given or to be kept is wanted, whatever it pays
         let judged = settings.guiding.method == GuidingMethod::Auto && from.is_none() && !keep;
@@ -148,6 +163,7 @@ impl<'a> Driver<'a> {
         Driver {
             scene,
             settings,
+            watch,
             tiling: Tiling::new(width, height),
             film: Film::new(width, height, combine(settings)),
             guide: from.or_else(|| Guide::new(&settings.guiding, scene.bounds(), scene.facets())),
@@ -199,6 +215,7 @@ impl<'a> Driver<'a> {
             samples: 0,
             seconds: 0.0,
             learn_seconds: 0.0,
+            film_seconds: 0.0,
             counters: Counters::default(),
             usable_states: self.guide.as_ref().map_or(0, |g| g.field().len()),
         }
@@ -269,11 +286,14 @@ impl<'a> Driver<'a> {
         let enough = self.guide.as_ref().is_some_and(|guide| guide.has_enough(report.counters.transitions));
         let learn = learn && (self.online() || !enough);
         let results = self.trace(round, learn);
-        for (task, result) in round.iter().zip(&results) {
-            self.film.add(&task.tile, &result.samples);
-            report.counters.add(&result.counters);
-            self.paths += result.counters.paths;
-        }
+        report.film_seconds += timed(|| {
+            for (task, result) in round.iter().zip(&results) {
+                self.film.add(&task.tile, &result.samples);
+                report.counters.add(&result.counters);
+                self.paths += result.counters.paths;
+            }
+        })
+        .as_secs_f64();
         let online = self.online();
         if let Some(guide) = self.guide.as_mut().filter(|_| learn) {
             let recorders: Vec<_> = results.iter().filter_map(|result| result.recorder.as_ref()).collect();
@@ -307,7 +327,11 @@ impl<'a> Driver<'a> {
             features: false,
         };
         let render = |batch: &mut Batch, task: &Task| {
-            PathIntegrator { features: task.first_sample < FEATURE_SAMPLES, ..integrator }.render(task, batch)
+            let mut probe = self.watch.begin(task);
+            let integrator = PathIntegrator { features: task.first_sample < FEATURE_SAMPLES, ..integrator };
+            let result = integrator.render_probed(task, batch, &mut probe);
+            self.watch.end(task, probe);
+            result
         };
         round.par_iter().map_init(Batch::new, render).collect()
     }

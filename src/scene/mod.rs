@@ -86,6 +86,11 @@ impl Scene {
         self.bounds
     }
 
+    /// The meshes that stand by themselves; mesh k is geometry k of [`Self::geometry`].
+    pub fn meshes(&self) -> &[Arc<Mesh>] {
+        &self.meshes
+    }
+
     /// Triangles that are seen: those of a group count in each of its places.
     pub fn triangles(&self) -> usize {
         let own = self.meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>();

@@ -2,11 +2,13 @@
 
 pub mod chi2;
 pub mod interval;
+pub mod median;
 pub mod quadrature;
 pub mod ztest;
 
 pub use chi2::{Chi2Report, DirectionTest, Domain, chi2_discrete};
 pub use interval::{Interval, Summary, ratio_interval};
+pub use median::Median;
 pub use ztest::{ImageMoments, ImageZTest, z_test_images};
 
 /// The level of each of `tests` independent tests at which all of them together raise a false alarm with

@@ -24,6 +24,12 @@ impl Axis {
         Some(Axis { low: low - margin, high: high + margin, logarithmic: false })
     }
 
+    /// From 0 to a little above the largest of the values; `None` where that is not positive.
+    pub fn from_zero(values: impl Iterator<Item = f64>) -> Option<Axis> {
+        let (_, high) = range(values).filter(|(_, high)| *high > 0.0)?;
+        Some(Axis { low: 0.0, high: 1.03 * high, logarithmic: false })
+    }
+
     /// 0 at the lower end, 1 at the upper; within, whatever the value.
     pub fn place(&self, value: f64) -> f64 {
         let map = |x: f64| if self.logarithmic { x.max(f64::MIN_POSITIVE).ln() } else { x };

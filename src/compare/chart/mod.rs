@@ -6,10 +6,12 @@ mod bars;
 mod kinds;
 mod plot;
 mod raster;
+mod stack;
 mod svg;
 
 pub use plot::{Labels, Point, Series, plot};
 pub use raster::png;
+pub use stack::{Sheet, Stack, stacks};
 
 use super::cell::Cell;
 use super::plan::Plan;

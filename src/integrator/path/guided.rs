@@ -1,6 +1,6 @@
 //! What the guide has to say at a vertex, and what it will learn of it.
 
-use super::Walk;
+use super::{Probe, Stage, Walk};
 use crate::bsdf::Bsdf;
 use crate::geometry::SurfaceInteraction;
 use crate::guiding::{PackedDirection, StateKey, Summary};
@@ -26,11 +26,12 @@ pub(super) struct Guided<'a> {
     pub(super) summary: Option<&'a Summary>,
 }
 
-impl<'a> Walk<'a, '_> {
+impl<'a, P: Probe> Walk<'a, '_, P> {
     /// What the guide knows of the state in which the path now is, where a guide could help its BSDF.
     #[inline]
     pub(super) fn ask_the_guide(&mut self, si: &SurfaceInteraction, wo: Vec3, bsdf: &Bsdf) -> Option<Guided<'a>> {
         let guide = self.integrator.guide.filter(|_| bsdf.has_smooth())?;
+        self.probe.step(Stage::Guide);
         self.counters.guide_queries += 1;
         let normal = si.facing(wo);
         let Some(place) = guide.field.place(si.p, normal, self.jitter) else {
@@ -46,7 +47,7 @@ impl<'a> Walk<'a, '_> {
 
     #[inline]
     pub(super) fn mixture<'m>(
-        &self,
+        &mut self,
         si: &SurfaceInteraction,
         wo: Vec3,
         bsdf: &'m Bsdf<'m>,
@@ -59,6 +60,7 @@ impl<'a> Walk<'a, '_> {
         let Some((guide, summary, normal)) = known.and_then(|(u, g)| Some((u, g.summary?, g.normal))) else {
             return Mixture::new(bsdf, None, 1.0);
         };
+        self.probe.step(Stage::Guide);
         let mut distribution = guide.field.distribution(summary, normal);
         if self.product() && bsdf.lambertian().is_none() {
             distribution = distribution.times(|w| {

@@ -1,14 +1,14 @@
 //! Light at a vertex: what is met by chance, and what is asked for by next-event estimation, each weighed against the
 //! other.
 
-use super::Walk;
+use super::{Probe, Stage, Walk};
 use crate::embree::{Hit, Ray};
 use crate::geometry::SurfaceInteraction;
 use crate::integrator::mixture::Mixture;
 use crate::math::{Rgb, rng::Rng};
 use glam::Vec3;
 
-impl Walk<'_, '_> {
+impl<P: Probe> Walk<'_, '_, P> {
     /// Draws a light and lays a shadow ray towards it.
     #[allow(clippy::too_many_arguments, reason = "a step of the narrated loop above")]
     #[inline]
@@ -47,6 +47,7 @@ impl Walk<'_, '_> {
 
     /// What the shadow rays found open is added to pixels and to what vertices will learn.
     pub(super) fn add_next_events(&mut self, depth: usize) {
+        self.probe.stage(Stage::NextEvent);
         let b = &mut *self.batch;
         for k in 0..b.shadow_rays.len() {
             if b.shadow_rays.occluded(k) {

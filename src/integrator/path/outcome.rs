@@ -1,19 +1,21 @@
 //! What a batch brings back: its pixels, and what is to be learnt from it.
 
-use super::Walk;
+use super::{Probe, Stage, Walk};
 use crate::film::tile::{Features, TileSamples};
 use crate::guiding::Recorder;
 use crate::integrator::backup::{self, Expectation, Vertex};
 use crate::integrator::batch::BatchResult;
 use crate::math::Rgb;
 
-impl Walk<'_, '_> {
+impl<P: Probe> Walk<'_, '_, P> {
     /// Keeps a vertex for learning, once it is known what it adds and expects.
     #[inline]
     pub(super) fn log(&mut self, i: usize, depth: u32, local: Rgb, expected: Option<Expectation>) {
         if self.learn {
+            self.probe.step(Stage::Record);
             let arrival = self.batch.wave.paths.arrival[i];
             self.batch.vertices[depth as usize - 1].push(Vertex { arrival, local, expected });
+            self.probe.step(Stage::Shade);
         }
     }
 
@@ -21,6 +23,7 @@ impl Walk<'_, '_> {
         if !self.learn {
             return None;
         }
+        self.probe.stage(Stage::Record);
         let mut recorder = Recorder::new();
         let b = &mut *self.batch;
         backup::record(&b.vertices, &mut b.followed, &mut recorder);
@@ -31,6 +34,7 @@ impl Walk<'_, '_> {
 
     /// Sums over the samples of each pixel. A sample that is not finite is counted and left out as black.
     pub(super) fn gather(mut self) -> BatchResult {
+        self.probe.stage(Stage::Film);
         let (tile, pixels) = (self.task.tile, self.task.tile.pixels());
         let mut samples = TileSamples {
             sum: vec![Rgb::ZERO; pixels],

@@ -31,7 +31,7 @@ fn help_names_every_command_and_the_exit_codes() {
 #[test]
 fn wrong_usage_is_exit_code_2_and_says_what() {
     let here = folder();
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 7] = [
         (&[], "Usage"),
         (&["paint"], "'paint'"),
         (&["render"], "<SCENE>"),
@@ -39,7 +39,6 @@ fn wrong_usage_is_exit_code_2_and_says_what() {
         (&["render", "a.toml", "--spp", "-3"], "-3"),
         (&["render", "a.toml", "--time", "nan"], "positive number of seconds"),
         (&["render", "a.toml", "--guide", "voodoo"], "voodoo"),
-        (&["bench", "a.toml", "--turns", "0"], "'0' for '--turns"),
     ];
     for (arguments, word) in cases {
         let output = phototaxis(here.path()).args(arguments).assert().code(2).get_output().clone();
@@ -134,31 +133,6 @@ fn error_refuses_what_cannot_be_compared() {
         assert!(stderr(&output).contains(word), "{}", stderr(&output));
         assert_eq!(stdout(&output), "");
     }
-}
-
-#[test]
-fn bench_prints_a_table_or_json() {
-    let here = folder();
-    let bench = |more: &[&str]| {
-        let mut command = phototaxis(here.path());
-        stdout(
-            command
-                .arg("bench")
-                .arg(scene("cornell.toml"))
-                .args(["--turns", "1"])
-                .args(more)
-                .assert()
-                .code(0)
-                .get_output(),
-        )
-    };
-    let table = bench(&[]);
-    let figures: Vec<Value> = serde_json::from_str(&bench(&["--json"])).unwrap();
-    assert_eq!(table.lines().count(), figures.len() + 1, "{table}");
-    for set in ["camera", "bounce1", "bounce2", "shadow"] {
-        assert!(figures.iter().any(|f| f["set"] == set), "{set} is missing");
-    }
-    assert!(figures.iter().all(|f| f["mrays_per_second"].as_f64().unwrap() > 0.0));
 }
 
 #[test]

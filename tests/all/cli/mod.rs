@@ -1,5 +1,6 @@
 //! The program as its users meet it: arguments, exit codes, what is printed where, and the files that are left.
 
+mod bench;
 mod commands;
 mod compare;
 mod faults;
