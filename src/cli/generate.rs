@@ -10,6 +10,9 @@ use std::process::ExitCode;
 pub struct GenerateArguments {
     /// Scene to write; without it, the scenes are listed.
     name: Option<String>,
+    /// Writes the scenes of the stability gallery and the comparison of them, all at once.
+    #[arg(long, conflicts_with = "name")]
+    gallery: bool,
     /// Folder to write to; it is made if it is missing.
     #[arg(long, value_name = "DIR", default_value = ".")]
     out: PathBuf,
@@ -17,6 +20,11 @@ pub struct GenerateArguments {
 
 pub fn run(arguments: &GenerateArguments) -> Result<ExitCode> {
     match &arguments.name {
+        None if arguments.gallery => {
+            for path in generate::gallery::generate(&arguments.out)? {
+                super::print(&path.display().to_string())?;
+            }
+        }
         None => {
             for (name, about) in generate::scenes() {
                 super::print(&format!("{name:10} {about}"))?;
