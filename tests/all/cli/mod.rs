@@ -3,6 +3,7 @@
 mod commands;
 mod compare;
 mod faults;
+mod gallery;
 mod guides;
 mod paper;
 mod render;
