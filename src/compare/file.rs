@@ -81,7 +81,10 @@ impl File<'_> {
             overrides: t.take("set").map_or(Ok(vec![]), |n| self.overrides("set", n))?,
         };
         if let (Some(_), Some(_)) = (&scene.reference, &scene.reference_scene) {
-            return Err(Fault::new(t.place(&["reference_scene"]), "`reference` and `reference_scene` exclude each other"));
+            return Err(Fault::new(
+                t.place(&["reference_scene"]),
+                "`reference` and `reference_scene` exclude each other",
+            ));
         }
         t.finish()?;
         Ok(scene)

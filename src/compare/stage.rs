@@ -112,10 +112,9 @@ fn check_sizes(plan: &Plan, plain: &SceneDescription, methods: &[SceneDescriptio
 fn check_reference(entry: &SceneEntry, plain: &SceneDescription, reference: Option<&SceneDescription>) -> Result<()> {
     let size = |d: &SceneDescription| (d.film.width, d.film.height);
     match reference {
-        Some(other) if size(other) != size(plain) => Err(Error::Scene(format!(
-            "{}: the scene of its reference has a picture of another size",
-            entry.name()
-        ))),
+        Some(other) if size(other) != size(plain) => {
+            Err(Error::Scene(format!("{}: the scene of its reference has a picture of another size", entry.name())))
+        }
         _ => Ok(()),
     }
 }
@@ -197,7 +196,7 @@ mod tests {
     fn methods_that_cannot_be_compared_are_refused() {
         let error = Stage::load(&plan(&["none", "sweep:film.width=32"], &[]), 1).err().unwrap().to_string();
         assert!(error.contains("`width=32` changes the picture's size"), "{error}");
-        let mut other = plan(&["none"], &["film.width=32"]);
+        let mut other = plan(&["none"], &["film.width=32", "film.height=32"]);
         other.scenes[0].reference_scene = Some(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/furnace.toml"));
         assert!(Stage::load(&other, 1).is_ok_and(|(stage, _)| !std::ptr::eq(stage.plain(0).0, stage.reference(0).0)));
         other.scenes[0].overrides = vec![parse_set("film.width=16").unwrap()];

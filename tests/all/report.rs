@@ -125,13 +125,17 @@ fn results() -> Value {
 
 /// `grid` fails in `a<b`, once with a reason and once without.
 fn gallery() -> Value {
-    let finding = |check: &str, colour: &str, why: Option<&str>| {
-        json!({"check": check, "colour": colour, "says": format!("what {check} says"), "why": why})
-    };
+    let finding = |check: &str, colour: &str, why: Option<&str>| json!({"check": check, "colour": colour, "says": format!("what {check} says"), "why": why});
     let cell = |scene: &str, method: &str| {
         let (colour, findings) = match (scene, method) {
-            ("a<b", "grid") => ("red", vec![finding("unbiased", "red", Some("It <knows> nothing.")),
-                finding("memory", "red", None), finding("finite", "green", None)]),
+            ("a<b", "grid") => (
+                "red",
+                vec![
+                    finding("unbiased", "red", Some("It <knows> nothing.")),
+                    finding("memory", "red", None),
+                    finding("finite", "green", None),
+                ],
+            ),
             (_, "none") => ("green", vec![finding("finite", "green", None)]),
             _ => ("amber", vec![finding("efficiency", "amber", None)]),
         };

@@ -121,6 +121,7 @@ await check('a verdict shows its picture beside the reference', async () => {
   await until(() => canvases().length === 4, 'the other scene');
   $$('#gallery-detail button').at(-1).click();
   await until(() => canvases().length === 2, 'two pictures');
+  await frame();
   same($$('#stage figcaption').map(words => words.textContent.split('  ')[1].split(',')[0]), ['reference', 'grid']);
   $$('#pictures [role=tab]')[0].click();
   await until(() => canvases().length === 4, 'all again');

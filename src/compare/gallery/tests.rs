@@ -121,10 +121,10 @@ fn the_level_of_each_test_is_that_of_the_family() {
 fn one_run_in_twenty_that_explodes_is_found() {
     let cell = spoilt(|k, run| {
         if k == 13 {
-            (run.errors.relmse, run.errors.relmse_trimmed) = (20.0 * run.errors.relmse, 18.0 * run.errors.relmse);
+            (run.errors.relmse, run.errors.relmse_trimmed) = (30.0 * run.errors.relmse, 27.0 * run.errors.relmse);
         }
     });
-    // its mean is worse for it, and its interval so wide that nothing is certain: that is said too
+    // its mean is worse for it, which its wide interval does not make certain
     assert_found(&cell, &[(Check::Efficiency, Colour::Amber), (Check::Explosion, Colour::Red)]);
     assert!(cell.relmse_worst.unwrap() > 15.0 * cell.relmse_median.unwrap());
 }
@@ -133,8 +133,7 @@ fn one_run_in_twenty_that_explodes_is_found() {
 fn one_that_wins_on_average_and_explodes_once_is_red() {
     let cell = spoilt(|k, run| {
         let factor = if k == 13 { 2.0 } else { 0.05 };
-        (run.errors.relmse, run.errors.relmse_trimmed) =
-            (factor * run.errors.relmse, 0.9 * factor * run.errors.relmse);
+        (run.errors.relmse, run.errors.relmse_trimmed) = (factor * run.errors.relmse, 0.9 * factor * run.errors.relmse);
     });
     assert!(cell.ratio.value.unwrap() > 5.0, "{cell:?}");
     assert_found(&cell, &[(Check::Explosion, Colour::Red)]);
@@ -240,8 +239,11 @@ fn faults_of_the_section_are_named_with_their_place() {
     let cases = [
         ("[gallery]\nalarm = 2".to_owned(), "2:9: `alarm` must be greater than 0 and at most 1, found 2"),
         ("[gallery]\nslow = 2".to_owned(), "2:1: unknown key `slow` in [gallery]: did you mean `slower`?"),
-        (format!("{head}[[why]]\nscenes = ['s1']\nsays = 'a'"), "5:10: `s1` in `scenes` is not there: did you mean `s0`?"),
-        (format!("{head}[[why]]\nmethods = ['gird']\nsays = 'a'"), "5:11: `gird` in `methods` is not there: did you mean `grid`?"),
+        (format!("{head}[[why]]\nscenes = ['s1']\nsays = 'a'"), "5:10: `s1` in `scenes` is not there: known are `s0`"),
+        (
+            format!("{head}[[why]]\nmethods = ['gird']\nsays = 'a'"),
+            "5:11: `gird` in `methods` is not there: did you mean `grid`?",
+        ),
         (format!("{head}[[why]]\nscenes = ['s0']"), "4:1: [[why]] needs `says`"),
         ("[[why]]\nsays = 'a'".to_owned(), "1:1: [[why]] belongs to a [gallery]"),
     ];

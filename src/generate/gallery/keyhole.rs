@@ -17,7 +17,7 @@ const HOLE_HEIGHT: f64 = 1.1;
 const EMISSION: [f64; 3] = [1e6, 0.95e6, 0.8e6];
 
 const VIEW: View =
-    View { eye: DVec3::new(0.3, 1.1, -0.7), target: DVec3::new(0.0, 0.9, 1.0), vfov: 60.0, exposure: 0.0 };
+    View { eye: DVec3::new(0.3, 1.1, -0.7), target: DVec3::new(0.0, 0.9, 1.0), vfov: 60.0, exposure: -2.5 };
 
 pub fn keyhole() -> SceneFiles {
     let about = "Behind a hole of 4 mm all is lamp. About one path in a hundred thousand finds it, by chance or by\n\

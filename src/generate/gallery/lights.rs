@@ -15,7 +15,8 @@ const STEP: f64 = 0.18;
 const MATERIALS: [(&str, f64); 3] = [("spark", 30.0), ("bright", 300.0), ("brightest", 3000.0)];
 
 pub fn many_lights() -> SceneFiles {
-    let about = "The box of `shiny` without its lamp, under ten thousand lights of 1 mm and three levels of brightness.";
+    let about =
+        "The box of `shiny` without its lamp, under ten thousand lights of 1 mm and three levels of brightness.";
     let mut toml = head(about, &shiny::VIEW) + &mesh("shiny");
     toml += "\n[material.lamp]\ntype = \"diffuse\"\nreflectance = 0.7\n";
     for copy in 0..COPIES * COPIES {

@@ -26,8 +26,7 @@ pub fn direct() -> SceneFiles {
             lamp("lamp", [12.0, 11.0, 10.0]),
         ],
     };
-    let view =
-        View { eye: DVec3::new(1.2, 1.6, 2.6), target: DVec3::new(0.0, 0.35, -0.3), vfov: 50.0, exposure: 0.0 };
+    let view = View { eye: DVec3::new(1.2, 1.6, 2.6), target: DVec3::new(0.0, 0.35, -0.3), vfov: 50.0, exposure: 0.0 };
     with_mesh("direct", about, &view, model)
 }
 

@@ -45,7 +45,8 @@ fn room(lamp: Cuboid) -> Shape {
 
 /// A wall divides the picture: a lamp over its left half, and on the right what comes round.
 pub fn two_rooms() -> SceneFiles {
-    let about = "A bright room beside a dark one: on the left light is direct, on the right it has come round the wall.";
+    let about =
+        "A bright room beside a dark one: on the left light is direct, on the right it has come round the wall.";
     let lamp = cuboid([-1.4, 2.4, -1.2], [-0.7, 2.4, -0.5]);
     let room = Blocks::in_rock()
         .carve(cuboid([-2.0, 0.0, -2.0], [2.0, 2.4, 2.4]))
@@ -62,8 +63,7 @@ pub fn two_rooms() -> SceneFiles {
         objects: vec![("room", room)],
         materials: materials(),
     };
-    let view =
-        View { eye: DVec3::new(0.0, 1.5, 2.3), target: DVec3::new(0.05, 1.05, -0.5), vfov: 62.0, exposure: 0.0 };
+    let view = View { eye: DVec3::new(0.0, 1.5, 2.3), target: DVec3::new(0.05, 1.05, -0.5), vfov: 62.0, exposure: 0.0 };
     with_mesh("two-rooms", about, &view, model)
 }
 

@@ -30,8 +30,7 @@ pub fn slivers() -> SceneFiles {
             lamp("lamp", [40.0, 37.0, 32.0]),
         ],
     };
-    let view =
-        View { eye: DVec3::new(1.1, 1.7, 1.9), target: DVec3::new(0.2, 0.8, -0.5), vfov: 60.0, exposure: 0.0 };
+    let view = View { eye: DVec3::new(1.1, 1.7, 1.9), target: DVec3::new(0.2, 0.8, -0.5), vfov: 60.0, exposure: 0.0 };
     with_mesh("slivers", about, &view, model)
 }
 
