@@ -53,7 +53,7 @@ function showPictureOf(cell) {
 /** What the marks mean, and where their bounds are. */
 function galleryTerms({ bounds, tested, level, budget }) {
   return `Budget ${budget}. In each cell the verdict, the efficiency over that of ${results.baseline}, and how many times`
-    + ` the median run's error the worst has. ✓ all checks are passed; ~ something is not known, or worse than without a`
+    + ` the median run’s error the worst has. ✓ all checks are passed; ~ something is not known, or worse than without a`
     + ` guide within its bound; ✗ a check failed. The bounds: a bias whose p is below ${figure(level)} (all ${count(tested)}`
     + ` tests together are wrong with probability ${bounds.alarm}); efficiency below 1/${bounds.slower} of the baseline's;`
     + ` ${100 * bounds.fireflies} % of the error in the worst 0.1 % of the pixels; a run ${bounds.explosion} times as bad`
