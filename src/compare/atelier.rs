@@ -132,7 +132,7 @@ impl Studio for Atelier<'_> {
         let method = &plan.methods[slot.method].name;
         let mut settings = settings(description);
         settings.render.seed = slot.seed;
-        self.limits.set(slot.scene, slot.method, scene, &mut settings, budget, plan.scenes[slot.scene].samples);
+        self.limits.set((slot.scene, slot.method), scene, &mut settings, budget, plan.scenes[slot.scene].samples);
         let known = memory::reset_peak();
         let event = |progress| Event::Run { scene: &scene_name, method, budget: &budget_name, progress };
         let Some(rendering) = self.render(scene, &settings, event) else { return Ok(None) };

@@ -29,8 +29,7 @@ impl Limits {
     /// of a block before the next: instead of the time it is given as many as a short trial says the time is worth.
     pub fn set(
         &mut self,
-        at: usize,
-        method: usize,
+        (at, method): (usize, usize),
         scene: &Scene,
         settings: &mut Settings,
         budget: Budget,
@@ -115,9 +114,9 @@ mod tests {
     fn a_cap_holds_whatever_the_budget() {
         let (scene, mut settings) = cornell(&[]);
         let mut limits = Limits::default();
-        limits.set(0, 0, &scene, &mut settings, Budget::Seconds(2.0), Some(3));
+        limits.set((0, 0), &scene, &mut settings, Budget::Seconds(2.0), Some(3));
         assert_eq!((settings.render.spp, settings.render.time), (3, Some(2.0)));
-        limits.set(0, 0, &scene, &mut settings, Budget::Samples(2), Some(3));
+        limits.set((0, 0), &scene, &mut settings, Budget::Samples(2), Some(3));
         assert_eq!((settings.render.spp, settings.render.time), (2, None));
     }
 
@@ -126,7 +125,7 @@ mod tests {
         let (scene, mut settings) = cornell(&["render.order=blocks", "guiding.method=none"]);
         let mut limits = Limits::default();
         let mut samples = |seconds| {
-            limits.set(0, 0, &scene, &mut settings, Budget::Seconds(seconds), None);
+            limits.set((0, 0), &scene, &mut settings, Budget::Seconds(seconds), None);
             assert_eq!(settings.render.time, None);
             f64::from(settings.render.spp)
         };

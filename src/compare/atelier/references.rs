@@ -99,10 +99,10 @@ impl Atelier<'_> {
             Budget::Samples(spp) => Budget::Samples(((f64::from(spp) * PILOT_SHARE) as u32).max(PILOT_SAMPLES)),
         };
         let cap = plan.scenes[scene].samples;
-        self.limits.set(scene, method, loaded, &mut settings, short, cap);
+        self.limits.set((scene, method), loaded, &mut settings, short, cap);
         let mut rendering = self.render(loaded, &settings, event)?;
         if rendering.samples < PILOT_SAMPLES {
-            self.limits.set(scene, method, loaded, &mut settings, Budget::Samples(PILOT_SAMPLES), None);
+            self.limits.set((scene, method), loaded, &mut settings, Budget::Samples(PILOT_SAMPLES), None);
             rendering = self.render(loaded, &settings, event)?;
         }
         let share = match (cap, largest) {

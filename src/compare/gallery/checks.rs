@@ -32,10 +32,12 @@ pub struct Finding {
     pub why: Option<String>,
 }
 
+/// A check: its verdict, and the figures behind it in words.
+type Judge = fn(&Evidence) -> (Colour, String);
+
 /// All checks, in the order of [`Check::NAMES`].
 pub fn findings(e: &Evidence) -> Vec<Finding> {
-    let checks: [fn(&Evidence) -> (Colour, String); 7] =
-        [unbiased, finite, efficiency, fireflies, explosion, memory, repeatable];
+    let checks: [Judge; 7] = [unbiased, finite, efficiency, fireflies, explosion, memory, repeatable];
     let found = checks.iter().zip(Check::NAMES);
     found
         .map(|(check, (_, name))| {

@@ -72,15 +72,14 @@ impl Matrix {
         let tested = here.iter().filter(|cell| cell.bias.p.is_some()).count();
         let bounds = gallery.bounds;
         let mut matrix = Matrix { bounds, budget, tested, level: sidak(bounds.alarm, tested), cells: Vec::new() };
-        let runs = by_cell(plan, store);
-        for scene in 0..plan.scenes.len() {
+        for (scene, runs) in by_cell(plan, store).iter().enumerate() {
             let name = plan.scenes[scene].name();
             let find = |method: usize| here.iter().find(|c| c.scene == name && c.method == plan.methods[method].name);
-            let base = find(plan.baseline).map(|cell| (&runs[scene][plan.baseline][..], *cell));
-            for method in 0..plan.methods.len() {
+            let base = find(plan.baseline).map(|cell| (&runs[plan.baseline][..], *cell));
+            for (method, own) in runs.iter().enumerate() {
                 let Some(cell) = find(method) else { continue };
                 let evidence = Evidence {
-                    runs: &runs[scene][method],
+                    runs: own,
                     cell,
                     baseline: base.filter(|_| method != plan.baseline),
                     planned: plan.runs as usize,

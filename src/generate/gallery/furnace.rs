@@ -7,7 +7,7 @@ use crate::generate::shapes::icosphere;
 use glam::DVec3;
 
 const VIEW: View =
-    View { eye: DVec3::new(0.2, 0.1, 0.3), target: DVec3::new(0.0, 0.0, -1.0), vfov: 60.0, exposure: -1.0 };
+    View { eye: DVec3::new(0.2, 0.1, 0.3), target: DVec3::new(0.0, 0.0, -1.0), vfov: 60.0, exposure: -2.0 };
 
 /// Le = 1 and a = 1/2 on every side: L = Le/(1 − a) = 2. Twelve segments would leave out 2⁻¹¹ of it, 48 leave out nothing
 /// that 32 bits can tell.
