@@ -1,7 +1,7 @@
 //! The verdicts on a cell, one by one.
 
 use super::{Bounds, Check, Colour};
-use crate::compare::cell::Cell;
+use crate::compare::cell::{Cell, Mean};
 use crate::compare::record::Run;
 use serde::Serialize;
 
@@ -100,26 +100,36 @@ fn efficiency(e: &Evidence) -> (Colour, String) {
     }
 }
 
-/// Red where unguided pictures do not have so much of their error in so few pixels, and less in sum.
+/// Red where that is certain, and unguided pictures do not have so much of their error in so few pixels, and less in sum.
 fn fireflies(e: &Evidence) -> (Colour, String) {
     if faultless(e.runs) {
         return (Colour::Green, "no error".into());
     }
-    let Some((share, sum)) = worst_pixels(e.cell) else { return (Colour::Amber, "not known".into()) };
-    let base = e.baseline.and_then(|(_, cell)| worst_pixels(cell));
-    let worse = base.is_some_and(|(of_base, sum_of_base)| of_base <= e.bounds.fireflies && sum > sum_of_base);
-    let colour = match share > e.bounds.fireflies {
-        true if worse => Colour::Red,
-        true => Colour::Amber,
-        false => Colour::Green,
+    let share = worst_pixels(e.runs);
+    let Some(mean) = share.mean else { return (Colour::Amber, "not known".into()) };
+    let elsewhere = e.baseline.is_some_and(|(runs, cell)| {
+        let few = worst_pixels(runs).mean.is_some_and(|share| share <= e.bounds.fireflies);
+        few && in_worst(e.cell) > in_worst(cell)
+    });
+    let colour = match (mean > e.bounds.fireflies, share.low) {
+        (true, Some(low)) if low > e.bounds.fireflies && elsewhere => Colour::Red,
+        (true, _) => Colour::Amber,
+        (false, _) => Colour::Green,
     };
-    (colour, format!("{:.0} % of the error in the worst 0.1 % of the pixels", 100.0 * share.max(0.0)))
+    let ends = share.interval().map_or(String::new(), |i| format!(" [{:.0}, {:.0}]", 100.0 * i.low, 100.0 * i.high));
+    (colour, format!("{:.0} %{ends} of a run's error in the worst 0.1 % of the pixels", 100.0 * mean))
 }
 
-/// Share of the error in the worst pixels, and that error; `None` where there is no error to speak of.
-pub fn worst_pixels(cell: &Cell) -> Option<(f64, f64)> {
-    let (all, trimmed) = (cell.relmse.mean?, cell.relmse_trimmed.mean?);
-    (all > 0.0).then(|| (1.0 - trimmed / all, all - trimmed))
+/// Share of a run's relMSE in its worst pixels; undefined where a run's error is no larger than the reference's noise.
+pub fn worst_pixels(runs: &[&Run]) -> Mean {
+    let share =
+        |r: &&Run| if r.errors.relmse > 0.0 { 1.0 - r.errors.relmse_trimmed / r.errors.relmse } else { f64::NAN };
+    Mean::of(&runs.iter().map(share).collect::<Vec<_>>())
+}
+
+/// relMSE in the worst pixels.
+fn in_worst(cell: &Cell) -> Option<f64> {
+    Some(cell.relmse.mean? - cell.relmse_trimmed.mean?)
 }
 
 /// Red where unguided runs do not, and none of them is as bad.

@@ -120,7 +120,7 @@ fn judge(e: &Evidence, gallery: &Gallery) -> MatrixCell {
         ratio: e.cell.ratio,
         relmse_median: e.cell.relmse_median,
         relmse_worst: e.cell.relmse_worst,
-        firefly_share: worst_pixels(e.cell).map(|(share, _)| share),
+        firefly_share: worst_pixels(e.runs).mean,
         p: e.cell.bias.p,
         guide_bytes: largest_guide(e.runs),
         memory: e.memory,
