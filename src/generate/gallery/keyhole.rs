@@ -1,4 +1,4 @@
-//! A room that is lit through a hole of 4 mm.
+//! A room that is lit through a hole of half a millimetre.
 
 use super::{View, lamp, with_mesh};
 use crate::generate::SceneFiles;
@@ -8,19 +8,19 @@ use crate::generate::shape::Shape;
 use glam::DVec3;
 
 /// Half the hole's side, the room's half width and height, in metres.
-const HOLE: f64 = 0.002;
+const HOLE: f64 = 0.000_25;
 const HALF: f64 = 1.0;
 const TOP: f64 = 2.0;
 const HOLE_HEIGHT: f64 = 1.1;
 
-/// A few times 10⁻⁶ of the light arrives.
-const EMISSION: [f64; 3] = [1e6, 0.95e6, 0.8e6];
+/// About 10⁻⁸ of the radiance is left on the walls.
+const EMISSION: [f64; 3] = [6.4e7, 6.08e7, 5.12e7];
 
 const VIEW: View =
     View { eye: DVec3::new(0.3, 1.1, -0.7), target: DVec3::new(0.0, 0.9, 1.0), vfov: 60.0, exposure: -2.5 };
 
 pub fn keyhole() -> SceneFiles {
-    let about = "Behind a hole of 4 mm all is lamp. About one path in a hundred thousand finds it, by chance or by\n\
+    let about = "Behind a hole of half a millimetre all is lamp. About one path in a hundred thousand finds it, by chance or by\n\
                  next-event estimation, which looks at the lamp and hits the wall about the hole.";
     let behind = Blocks::in_rock()
         .carve(cuboid([-0.6, 0.5, -1.6], [0.6, 1.7, -HALF]))
