@@ -1,8 +1,9 @@
 //! The verdicts on a cell, one by one.
 
 use super::{Bounds, Check, Colour};
-use crate::compare::cell::{Cell, Mean};
+use crate::compare::cell::{CONFIDENCE, Cell, Mean};
 use crate::compare::record::Run;
+use crate::stats::{Summary, ratio_interval};
 use serde::Serialize;
 
 /// What is known of a cell.
@@ -92,9 +93,12 @@ fn efficiency(e: &Evidence) -> (Colour, String) {
         }
         (Some(value), None) => (Colour::Amber, format!("{} times the baseline's, without an interval", short(value))),
         (None, _) if faultless(e.runs) && faultless(base) => {
-            let speed = speed(e.runs) / speed(base);
-            let colour = if speed < least { Colour::Red } else { Colour::Green };
-            (colour, format!("no error in either, {} times the samples per second", short(speed)))
+            let speed = Summary::of(&pace(base)).zip(Summary::of(&pace(e.runs)));
+            let Some(i) = speed.and_then(|(base, own)| ratio_interval(&base, &own, CONFIDENCE)) else {
+                return (Colour::Amber, "no error in either; too few runs to compare their speeds".into());
+            };
+            let colour = if i.high < least { Colour::Red } else { Colour::Green };
+            (colour, format!("no error in either, [{}, {}] times the samples per second", short(i.low), short(i.high)))
         }
         (None, _) => (Colour::Amber, "not known: the error is no larger than the reference's noise".into()),
     }
@@ -177,10 +181,9 @@ fn faultless(runs: &[&Run]) -> bool {
     runs.iter().all(|r| r.errors.mse == 0.0)
 }
 
-/// Samples per pixel and second.
-fn speed(runs: &[&Run]) -> f64 {
-    let sum = |value: fn(&Run) -> f64| runs.iter().map(|r| value(r)).sum::<f64>();
-    sum(|r| r.samples.into()) / sum(|r| r.seconds)
+/// Seconds for a sample per pixel, run by run.
+fn pace(runs: &[&Run]) -> Vec<f64> {
+    runs.iter().map(|r| r.seconds / f64::from(r.samples)).collect()
 }
 
 /// Three digits.
