@@ -5,8 +5,10 @@ mod table;
 
 use super::render::{stop_flag, warn};
 use crate::compare::atelier::{Atelier, reference_blocks};
-use crate::compare::cell::cells;
+use crate::compare::cell::{Cell, cells};
 use crate::compare::chart::{charts, png};
+use crate::compare::gallery::matrix::Matrix;
+use crate::compare::gallery::{output, pictures};
 use crate::compare::plan::{Budget, Draft, Plan, parse_set, plain_scene};
 use crate::compare::results::{Results, chart_file, csv};
 use crate::compare::schedule::carry_out;
@@ -25,6 +27,7 @@ const NOTES: &str = "Examples:
   phototaxis compare scenes/door.toml --methods none,grid,adaptive --time 5,10,20
   phototaxis compare scene.toml --methods none --spp 64 --methods 'sweep:guiding.method=grid;guiding.resolution=8,16,32'
   phototaxis compare --plan comparison.toml --runs 10 -o out
+  phototaxis compare --gallery --runs 3 -o gallery-out
 A comparison that was interrupted goes on where it stopped when it is started again. What the figures mean, and the
 form of --plan's file: docs/compare.md.";
 
@@ -36,6 +39,12 @@ pub struct CompareArguments {
     /// File that says what is compared; what is said here too has precedence.
     #[arg(long, value_name = "TOML")]
     plan: Option<PathBuf>,
+    /// Carries out the stability gallery, the comparison in scenes/gallery: docs/stability.md.
+    #[arg(long, conflicts_with_all = ["plan", "scenes"])]
+    gallery: bool,
+    /// Only these scenes of the plan or the gallery, by their names.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    only: Vec<String>,
     /// Methods, separated by commas: none, auto, adaptive, grid, voronoi, sdtree, or those of the plan; or
     /// sweep:KEY=VALUE,VALUE;KEY=VALUE,VALUE for all combinations. May be repeated. [default: none,auto]
     #[arg(long, value_name = "NAMES")]
@@ -116,7 +125,12 @@ pub fn run(arguments: &CompareArguments) -> Result<ExitCode> {
 /// What file and flags say; flags have the last word.
 fn draft(arguments: &CompareArguments) -> Result<Draft> {
     let a = arguments;
-    let mut draft = a.plan.as_deref().map_or(Ok(Draft::default()), file::read)?;
+    let mut draft = match (&a.plan, a.gallery) {
+        (Some(path), _) => file::read(path)?,
+        (None, true) => file::read(&write_gallery(&a.output)?)?,
+        (None, false) => Draft::default(),
+    };
+    draft.keep_scenes(&a.only)?;
     if !a.scenes.is_empty() {
         draft.scenes = a.scenes.iter().map(|path| plain_scene(path)).collect();
     }
@@ -144,6 +158,12 @@ fn draft(arguments: &CompareArguments) -> Result<Draft> {
     Ok(draft)
 }
 
+/// Writes the gallery's scenes and its comparison, whose path is returned.
+fn write_gallery(folder: &Path) -> Result<PathBuf> {
+    let written = crate::generate::gallery::generate(&folder.join("scenes"))?;
+    written.into_iter().next().context("the gallery is empty")
+}
+
 /// A sweep has commas of its own.
 fn names(text: &str) -> Vec<String> {
     match text.starts_with(sweep::PREFIX) {
@@ -159,7 +179,9 @@ fn carry_on(a: &CompareArguments, plan: &Plan, stage: &Stage, store: &mut Store,
         screen.show(&event);
         !stop.load(Ordering::Relaxed)
     };
-    let mut studio = Atelier::new(plan, stage, &a.output, a.allow_noisy_reference, &mut listener);
+    // A gallery goes on where a reference cannot be made good enough, and its verdicts say what is then not known.
+    let allow_noisy = a.allow_noisy_reference || plan.gallery.is_some();
+    let mut studio = Atelier::new(plan, stage, &a.output, allow_noisy, &mut listener);
     Ok(carry_out(plan, store, &mut studio, &mut &screen)?)
 }
 
@@ -178,8 +200,12 @@ fn finish(arguments: &CompareArguments, plan: &Plan, stage: &Stage, store: &Stor
         write(&path("png"), &png(&chart.svg)?)?;
     }
     write(&folder.join("results.csv"), csv(plan, store).as_bytes())?;
+    let matrix = matrix(plan, stage, store, &cells, folder)?;
     table::print(plan, store, &cells)?;
     let mut results = Results::new(plan, stage, store, &command_line(), cells, charts);
+    if let Some(matrix) = matrix {
+        results.add_gallery(matrix);
+    }
     if !arguments.no_images {
         results.add_pictures(plan, store, folder)?;
     }
@@ -190,6 +216,16 @@ fn finish(arguments: &CompareArguments, plan: &Plan, stage: &Stage, store: &Stor
         eprintln!("wrote {0}/report.html, {0}/results.json, {0}/results.csv and {0}/charts", folder.display());
     }
     Ok(())
+}
+
+/// The verdicts, where the plan asks for them, written as tables and pictures.
+fn matrix(plan: &Plan, stage: &Stage, store: &Store, cells: &[Cell], folder: &Path) -> Result<Option<Matrix>> {
+    let Some(gallery) = &plan.gallery else { return Ok(None) };
+    let mut matrix = Matrix::new(plan, gallery, stage, store, cells);
+    pictures::write(&mut matrix, plan, stage, store, folder)?;
+    write(&folder.join("matrix.csv"), output::csv(&matrix).as_bytes())?;
+    write(&folder.join("stability.md"), output::markdown(plan, &matrix).as_bytes())?;
+    Ok(Some(matrix))
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {

@@ -14,6 +14,9 @@ pub struct GenerateArguments {
     /// million].
     #[arg(long, value_name = "N", requires = "name")]
     triangles: Option<u64>,
+    /// Writes the scenes of the stability gallery and the comparison of them, all at once.
+    #[arg(long, conflicts_with = "name")]
+    gallery: bool,
     /// Folder to write to; it is made if it is missing.
     #[arg(long, value_name = "DIR", default_value = ".")]
     out: PathBuf,
@@ -21,6 +24,11 @@ pub struct GenerateArguments {
 
 pub fn run(arguments: &GenerateArguments) -> Result<ExitCode> {
     match &arguments.name {
+        None if arguments.gallery => {
+            for path in generate::gallery::generate(&arguments.out)? {
+                super::print(&path.display().to_string())?;
+            }
+        }
         None => {
             for (name, about) in generate::scenes().iter().chain(&large::SCENES) {
                 super::print(&format!("{name:10} {about}"))?;

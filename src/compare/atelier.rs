@@ -1,9 +1,10 @@
 //! The studio that really renders.
 
+mod limits;
 mod references;
 
 use super::measure::{self, Reference, blocks};
-use super::plan::{Budget, Plan, file_stem};
+use super::plan::{Plan, file_stem};
 use super::record::{Iteration, Run};
 use super::reference;
 use super::schedule::{Slot, Studio};
@@ -16,6 +17,7 @@ use crate::integrator::Counters;
 use crate::render::{self, IterationReport, Progress, Rendering, Settings};
 use crate::scene::Scene;
 use crate::{Error, Result};
+use limits::Limits;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -51,6 +53,9 @@ pub struct Atelier<'a> {
     allow_noisy: bool,
     reference: Option<Reference>,
     listener: Listener<'a>,
+    limits: Limits,
+    /// The largest error so far by method, of the scene that was made ready; only kept for a gallery.
+    worst: Vec<Option<f64>>,
 }
 
 impl<'a> Atelier<'a> {
@@ -62,7 +67,8 @@ impl<'a> Atelier<'a> {
         allow_noisy: bool,
         listener: Listener<'a>,
     ) -> Atelier<'a> {
-        Atelier { plan, stage, folder, allow_noisy, reference: None, listener }
+        let (limits, worst) = (Limits::default(), Vec::new());
+        Atelier { plan, stage, folder, allow_noisy, reference: None, listener, limits, worst }
     }
 
     /// Renders; `None` where it was told to stop.
@@ -80,8 +86,8 @@ impl<'a> Atelier<'a> {
         go_on.then_some(rendering)
     }
 
-    /// Keeps the picture of a scene's method in place of the last.
-    fn write_picture(&self, slot: &Slot, rendering: &Rendering) -> Result<()> {
+    /// Keeps a picture of a scene's method.
+    fn write_picture(&self, slot: &Slot, rendering: &Rendering, path: &Path) -> Result<()> {
         let folder = self.folder.join("images");
         std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
         let e = &rendering.estimate;
@@ -93,8 +99,7 @@ impl<'a> Atelier<'a> {
             extra: BTreeMap::new(),
         };
         let window = Window::full(e.width as usize, e.height as usize);
-        let path = picture_path(self.folder, self.plan, slot.scene, slot.method);
-        exr::write(&path, &window, vec![Layer::color("", &e.mean), Layer::color("variance", &e.variance)], &metadata)
+        exr::write(path, &window, vec![Layer::color("", &e.mean), Layer::color("variance", &e.variance)], &metadata)
     }
 }
 
@@ -102,6 +107,9 @@ impl Studio for Atelier<'_> {
     fn prepare(&mut self, scene: usize, store: &mut Store) -> Result<bool> {
         let entry = &self.plan.scenes[scene];
         let name = entry.name();
+        if self.plan.gallery.is_some() {
+            self.look_at_gallery(scene, store)?;
+        }
         if let Some(known) = store.reference(&name) {
             self.reference = Some(reference::read(&known.file(self.folder), self.stage.plain(scene).0)?);
             return Ok(true);
@@ -111,7 +119,7 @@ impl Studio for Atelier<'_> {
         }
         let folder = self.folder.join("references");
         std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
-        let (loaded, description) = self.stage.plain(scene);
+        let (loaded, description) = self.stage.reference(scene);
         let file = reference::file_name(&file_stem(&name), loaded, description);
         self.make(scene, &Path::new("references").join(file), store)
     }
@@ -124,28 +132,38 @@ impl Studio for Atelier<'_> {
         let method = &plan.methods[slot.method].name;
         let mut settings = settings(description);
         settings.render.seed = slot.seed;
-        limit(&mut settings, budget);
+        self.limits.set((slot.scene, slot.method), scene, &mut settings, budget, plan.scenes[slot.scene].samples);
         let known = memory::reset_peak();
         let event = |progress| Event::Run { scene: &scene_name, method, budget: &budget_name, progress };
         let Some(rendering) = self.render(scene, &settings, event) else { return Ok(None) };
         let peak_bytes = known.then(memory::peak).flatten();
-        if slot.budget == plan.budgets.len() - 1 {
-            self.write_picture(slot, &rendering)?;
-        }
         let Some(reference) = &self.reference else {
             return Err(Error::Scene(format!("{scene_name}: there is no reference to compare with")));
         };
         let mut run = measured(&rendering, reference, description.film.exposure)?;
         (run.scene, run.method, run.budget) = (scene_name, method.clone(), budget_name);
         (run.seed, run.peak_bytes) = (slot.seed, peak_bytes);
+        if slot.budget == plan.budgets.len() - 1 {
+            self.write_picture(slot, &rendering, &picture_path(self.folder, plan, slot.scene, slot.method))?;
+            self.keep_worst(slot, &rendering, run.badness())?;
+        }
         Ok(Some(run))
     }
 }
 
 /// Where the last picture of a method at the largest budget is kept.
 pub fn picture_path(folder: &Path, plan: &Plan, scene: usize, method: usize) -> PathBuf {
+    image_path(folder, plan, scene, method, "")
+}
+
+/// Where a gallery keeps the picture of a method's worst run.
+pub fn worst_path(folder: &Path, plan: &Plan, scene: usize, method: usize) -> PathBuf {
+    image_path(folder, plan, scene, method, "_worst")
+}
+
+fn image_path(folder: &Path, plan: &Plan, scene: usize, method: usize, end: &str) -> PathBuf {
     let (scene, method) = (plan.scenes[scene].name(), &plan.methods[method].name);
-    folder.join("images").join(format!("{}_{}.exr", file_stem(&scene), file_stem(method)))
+    folder.join("images").join(format!("{}_{}{end}.exr", file_stem(&scene), file_stem(method)))
 }
 
 /// Blocks of the references of all scenes that have one with its variance.
@@ -165,13 +183,6 @@ pub fn reference_blocks(
         all.extend(reference.blocks().map(|blocks| (entry.name(), blocks)));
     }
     Ok(all)
-}
-
-fn limit(settings: &mut Settings, budget: Budget) {
-    (settings.render.spp, settings.render.time) = match budget {
-        Budget::Seconds(seconds) => (i32::MAX as u32, Some(seconds)),
-        Budget::Samples(spp) => (spp, None),
-    };
 }
 
 fn picture(rendering: &Rendering) -> Image {
@@ -196,6 +207,7 @@ fn measured(rendering: &Rendering, reference: &Reference, exposure: f32) -> Resu
         errors: measure::errors(&image, reference, exposure)?,
         mean: measure::mean(&image),
         non_finite: total.non_finite,
+        broken_pixels: image.data.iter().filter(|c| !c.is_finite() || c.min_element() < 0.0).count() as u64,
         rays: total.rays,
         shadow_rays: total.shadow_rays,
         paths: total.paths,

@@ -1,6 +1,8 @@
 //! The comparison's file: TOML, described in docs/compare.md, read as scene files are.
 
+use super::gallery::{Gallery, reading};
 use super::plan::{Budget, Draft, Origin, Override, SceneEntry};
+use crate::scene::description::GuidingMethod;
 use crate::scene::file::reader::{Bounds, Reader};
 use crate::scene::file::tree::{self, At, Entries, Entry, Fault, Node, Value};
 use crate::scene::file::{Source, line_and_column};
@@ -9,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 const SECONDS: Bounds = Bounds::new(|x| x > 0.0, "greater than 0");
-const SHARE: Bounds = Bounds::new(|x| x > 0.0 && x <= 1.0, "greater than 0 and at most 1");
+pub(super) const SHARE: Bounds = Bounds::new(|x| x > 0.0 && x <= 1.0, "greater than 0 and at most 1");
 
 /// Reads a comparison's file. Paths in it are relative to its folder.
 ///
@@ -62,6 +64,7 @@ impl File<'_> {
         for node in t.take("scene").map_or(Ok(vec![]), |n| n.tables("scene"))? {
             draft.scenes.push(self.scene(node)?);
         }
+        draft.gallery = gallery(&mut t, &draft)?;
         t.finish()?;
         Ok(draft)
     }
@@ -73,8 +76,16 @@ impl File<'_> {
             path: t.require("path")?.path("path", folder)?,
             name: string(&mut t, "name")?,
             reference: t.take("reference").map(|n| n.path("reference", folder)).transpose()?,
+            reference_scene: t.take("reference_scene").map(|n| n.path("reference_scene", folder)).transpose()?,
+            samples: optional(&mut t, "samples", |t, slot| t.integer("samples", 1..=1 << 30, slot))?,
             overrides: t.take("set").map_or(Ok(vec![]), |n| self.overrides("set", n))?,
         };
+        if let (Some(_), Some(_)) = (&scene.reference, &scene.reference_scene) {
+            return Err(Fault::new(
+                t.place(&["reference_scene"]),
+                "`reference` and `reference_scene` exclude each other",
+            ));
+        }
         t.finish()?;
         Ok(scene)
     }
@@ -121,6 +132,14 @@ impl File<'_> {
     }
 }
 
+/// The bounds of a matrix, and sentences about the draft's scenes and methods.
+fn gallery(t: &mut Reader, draft: &Draft) -> Result<Option<Gallery>, Fault> {
+    let built_in = GuidingMethod::NAMES.iter().map(|(name, _)| name.to_string());
+    let methods: Vec<String> = draft.defined.keys().cloned().chain(built_in).collect();
+    let scenes: Vec<String> = draft.scenes.iter().map(SceneEntry::name).collect();
+    reading::gallery(t.take("gallery"), t.take("why"), &scenes, &methods)
+}
+
 fn in_order(entries: Entries) -> Vec<(String, Entry)> {
     let mut all: Vec<(String, Entry)> = entries.into_iter().collect();
     all.sort_by_key(|(_, entry)| entry.key);
@@ -151,14 +170,14 @@ fn string(t: &mut Reader, key: &'static str) -> Result<Option<String>, Fault> {
     t.take(key).map(|n| n.string(key).map(str::to_string)).transpose()
 }
 
-fn strings(key: &str, node: Node) -> Result<Vec<String>, Fault> {
+pub(super) fn strings(key: &str, node: Node) -> Result<Vec<String>, Fault> {
     match &node.value {
         Value::Array(items) => items.iter().map(|item| item.string(key).map(str::to_string)).collect(),
         _ => Err(node.mismatch(key, "an array of strings")),
     }
 }
 
-fn number(t: &mut Reader, key: &'static str, bounds: Bounds) -> Result<Option<f64>, Fault> {
+pub(super) fn number(t: &mut Reader, key: &'static str, bounds: Bounds) -> Result<Option<f64>, Fault> {
     t.take(key).map(|n| n.number(key, bounds).map(written)).transpose()
 }
 

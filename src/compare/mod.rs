@@ -1,7 +1,8 @@
 //! Comparisons of methods: the same scenes and budgets, runs that take turns, and figures with intervals.
 //!
 //! A [`plan::Plan`] says what is compared. [`schedule::carry_out`] has a [`schedule::Studio`] make its runs, and keeps each
-//! in a [`store::Store`]. [`cell::cells`] says what the runs of a cell mean together; [`results`] and [`chart`] show it.
+//! in a [`store::Store`]. [`cell::cells`] says what the runs of a cell mean together; [`results`] and [`chart`] show it,
+//! [`gallery`] judges it.
 
 pub mod atelier;
 pub mod bias;
@@ -10,6 +11,7 @@ pub mod chart;
 pub mod file;
 #[cfg(test)]
 pub(crate) mod fixtures;
+pub mod gallery;
 pub mod measure;
 pub mod memory;
 pub mod plan;

@@ -1,5 +1,6 @@
 //! What is compared: scenes × methods × budgets × runs.
 
+use super::gallery::Gallery;
 use super::sweep;
 use crate::scene::description::{GuidingMethod, SceneDescription};
 use crate::scene::file;
@@ -51,6 +52,10 @@ pub struct SceneEntry {
     pub overrides: Vec<Override>,
     /// `None`: it is made.
     pub reference: Option<PathBuf>,
+    /// Another scene of which the reference is made, because it gives the same picture by easier means.
+    pub reference_scene: Option<PathBuf>,
+    /// Samples per pixel at most, whatever the budget.
+    pub samples: Option<u32>,
 }
 
 impl SceneEntry {
@@ -108,6 +113,7 @@ pub struct Draft {
     pub baseline: Option<String>,
     pub reference_noise: Option<f64>,
     pub reference_time: Option<f64>,
+    pub gallery: Option<Gallery>,
 }
 
 /// A comparison that can be carried out.
@@ -127,9 +133,25 @@ pub struct Plan {
     pub reference_noise: f64,
     /// Seconds that a reference may take.
     pub reference_time: f64,
+    /// Whether a matrix of verdicts is made, and by which bounds.
+    pub gallery: Option<Gallery>,
 }
 
 impl Draft {
+    /// Leaves out all scenes but those of these names; without any name, none.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a name that is not there.
+    pub fn keep_scenes(&mut self, names: &[String]) -> Result<()> {
+        let there: Vec<String> = self.scenes.iter().map(SceneEntry::name).collect();
+        if let Some(name) = names.iter().find(|name| !there.contains(name)) {
+            let known = there.iter().map(String::as_str);
+            return Err(Error::Scene(file::suggest::unknown(&format!("unknown scene `{name}`"), name, known)));
+        }
+        self.scenes.retain(|scene| names.is_empty() || names.contains(&scene.name()));
+        Ok(())
+    }
+
     /// # Errors
     /// [`Error::Scene`] that names what is missing, unknown or there twice.
     pub fn finish(self) -> Result<Plan> {
@@ -149,6 +171,7 @@ impl Draft {
             reference_time: self.reference_time.unwrap_or(600.0),
             scenes: self.scenes.into_iter().map(|s| SceneEntry { name: Some(s.name()), ..s }).collect(),
             overrides: self.overrides,
+            gallery: self.gallery,
             methods,
             baseline,
         };
@@ -233,9 +256,21 @@ impl Plan {
     /// As [`file::load`]; a wrong setting is named with its place in the comparison's file where it has one.
     pub fn describe(&self, scene: &SceneEntry, method: Option<&Method>) -> Result<(SceneDescription, Vec<String>)> {
         let of_method = method.map_or(&[][..], |m| &m.overrides);
-        let all: Vec<&Override> = self.overrides.iter().chain(&scene.overrides).chain(of_method).collect();
+        self.described(&scene.path, [&scene.overrides, of_method].concat())
+    }
+
+    /// The scene of which the reference is made, where that is another.
+    ///
+    /// # Errors
+    /// As [`Plan::describe`].
+    pub fn describe_reference(&self, scene: &SceneEntry) -> Result<Option<(SceneDescription, Vec<String>)>> {
+        scene.reference_scene.as_ref().map(|path| self.described(path, vec![])).transpose()
+    }
+
+    fn described(&self, path: &Path, overrides: Vec<Override>) -> Result<(SceneDescription, Vec<String>)> {
+        let all: Vec<&Override> = self.overrides.iter().chain(&overrides).collect();
         let texts: Vec<String> = all.iter().map(|o| o.text()).collect();
-        file::load(&scene.path, &texts).map_err(|error| match error {
+        file::load(path, &texts).map_err(|error| match error {
             Error::Override { index, message, .. } => placed(all[index], message),
             other => other,
         })

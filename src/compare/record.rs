@@ -24,6 +24,9 @@ pub struct Run {
     pub mean: [f64; 3],
     /// Samples that were not finite and count as black.
     pub non_finite: u64,
+    /// Pixels of the picture that are not finite or negative.
+    #[serde(default)]
+    pub broken_pixels: u64,
     pub rays: u64,
     pub shadow_rays: u64,
     pub paths: u64,
@@ -38,6 +41,13 @@ pub struct Run {
     pub iterations: Vec<Iteration>,
     /// Mean luminance of blocks of the picture, for the test of bias.
     pub blocks: Vec<f64>,
+}
+
+impl Run {
+    /// relMSE, infinite where there is none.
+    pub fn badness(&self) -> f64 {
+        if self.errors.relmse.is_nan() { f64::INFINITY } else { self.errors.relmse }
+    }
 }
 
 /// How far a run's picture is from the reference.

@@ -3,6 +3,7 @@
 use super::atelier::picture_path;
 use super::cell::{CONFIDENCE, Cell};
 use super::chart::Chart;
+use super::gallery::matrix::Matrix;
 use super::memory;
 use super::plan::{Plan, file_stem};
 use super::record::{ReferenceRecord, Run};
@@ -36,6 +37,9 @@ pub struct Results {
     cells: Vec<Cell>,
     charts: Vec<Chart>,
     images: Vec<Picture>,
+    /// Where the plan has a gallery.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gallery: Option<Matrix>,
 }
 
 #[derive(Serialize)]
@@ -89,7 +93,12 @@ impl Results {
             cells,
             charts,
             images: Vec::new(),
+            gallery: None,
         }
+    }
+
+    pub fn add_gallery(&mut self, matrix: Matrix) {
+        self.gallery = Some(matrix);
     }
 
     /// Adds the pictures: of each scene the reference and each method's last at the largest budget, as far as they are
@@ -190,7 +199,7 @@ fn run(run: &Run) -> Value {
 /// Figures of a run that have one number each, in the order of columns.
 type Column = (&'static str, fn(&Run) -> String);
 
-const COLUMNS: [Column; 29] = [
+const COLUMNS: [Column; 30] = [
     ("scene", |r| quoted(&r.scene)),
     ("method", |r| quoted(&r.method)),
     ("budget", |r| quoted(&r.budget)),
@@ -210,6 +219,7 @@ const COLUMNS: [Column; 29] = [
     ("mean_g", |r| number(r.mean[1])),
     ("mean_b", |r| number(r.mean[2])),
     ("non_finite", |r| r.non_finite.to_string()),
+    ("broken_pixels", |r| r.broken_pixels.to_string()),
     ("rays", |r| r.rays.to_string()),
     ("shadow_rays", |r| r.shadow_rays.to_string()),
     ("paths", |r| r.paths.to_string()),

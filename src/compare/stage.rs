@@ -1,18 +1,21 @@
 //! The scenes of a comparison, loaded once, and what each method makes of them.
 
-use super::plan::{Budget, Plan};
+use super::plan::{Plan, SceneEntry};
 use super::store::plan_hash;
 use crate::render::Settings;
 use crate::scene::Scene;
-use crate::scene::description::{GuidingSettings, IntegratorSettings, Order, RenderSettings, SceneDescription};
+use crate::scene::description::{GuidingSettings, IntegratorSettings, RenderSettings, SceneDescription};
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
 
 /// All scenes and methods of a plan.
+#[derive(Default)]
 pub struct Stage {
     /// By scene of the plan: the scene as it is, and as each method has it.
     plain: Vec<Set>,
     methods: Vec<Vec<Set>>,
+    /// Where the reference is made of another scene.
+    references: Vec<Option<Set>>,
     scenes: Vec<Scene>,
 }
 
@@ -37,14 +40,16 @@ impl Stage {
             let of_method = |method| Ok(plan.describe(entry, Some(method))?.0);
             let methods: Vec<SceneDescription> = plan.methods.iter().map(of_method).collect::<Result<_>>()?;
             check_sizes(plan, &plain, &methods)?;
-            check_orders(plan, &methods)?;
-            described.push((plain, methods));
+            let reference = plan.describe_reference(entry)?.map(|(description, _)| description);
+            check_reference(entry, &plain, reference.as_ref())?;
+            described.push((plain, methods, reference));
         }
         let mut loader = Loader { threads, scenes: Vec::new(), known: FxHashMap::default(), warnings };
-        let mut stage = Stage { plain: Vec::new(), methods: Vec::new(), scenes: Vec::new() };
-        for (plain, methods) in described {
+        let mut stage = Stage::default();
+        for (plain, methods, reference) in described {
             stage.plain.push(loader.set(plain)?);
             stage.methods.push(methods.into_iter().map(|d| loader.set(d)).collect::<Result<_>>()?);
+            stage.references.push(reference.map(|d| loader.set(d)).transpose()?);
         }
         stage.scenes = loader.scenes;
         Ok((stage, loader.warnings))
@@ -53,6 +58,11 @@ impl Stage {
     /// A scene without any method's changes.
     pub fn plain(&self, scene: usize) -> (&Scene, &SceneDescription) {
         self.set(&self.plain[scene])
+    }
+
+    /// What a scene's reference is made of.
+    pub fn reference(&self, scene: usize) -> (&Scene, &SceneDescription) {
+        self.set(self.references[scene].as_ref().unwrap_or(&self.plain[scene]))
     }
 
     /// A scene as a method has it.
@@ -72,7 +82,9 @@ impl Stage {
             let scene = self.scenes[set.scene].hash_text();
             format!("{scene} {:?} {:?} {render:?} {:?}", d.integrator, d.guiding, d.film.exposure)
         };
-        let contents: Vec<String> = self.plain.iter().chain(self.methods.iter().flatten()).map(text).collect();
+        let mut contents: Vec<String> = self.plain.iter().chain(self.methods.iter().flatten()).map(text).collect();
+        contents.extend(self.references.iter().flatten().map(text));
+        contents.extend(plan.scenes.iter().filter_map(|s| Some(format!("{} {}", s.name(), s.samples?))));
         plan_hash(plan, &contents)
     }
 }
@@ -97,15 +109,13 @@ fn check_sizes(plan: &Plan, plain: &SceneDescription, methods: &[SceneDescriptio
     }
 }
 
-/// A render block by block has all samples of a block before the next: it cannot be told to end by the clock.
-fn check_orders(plan: &Plan, methods: &[SceneDescription]) -> Result<()> {
-    let timed = plan.budgets.iter().any(|b| matches!(b, Budget::Seconds(_)));
-    match methods.iter().position(|m| timed && m.render.order == Order::Blocks) {
-        None => Ok(()),
-        Some(index) => Err(Error::Scene(format!(
-            "the method `{}` has render.order = \"blocks\", which needs budgets of samples (--spp)",
-            plan.methods[index].name
-        ))),
+fn check_reference(entry: &SceneEntry, plain: &SceneDescription, reference: Option<&SceneDescription>) -> Result<()> {
+    let size = |d: &SceneDescription| (d.film.width, d.film.height);
+    match reference {
+        Some(other) if size(other) != size(plain) => {
+            Err(Error::Scene(format!("{}: the scene of its reference has a picture of another size", entry.name())))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -142,7 +152,7 @@ impl Loader {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::plan::{Draft, parse_set, plain_scene};
+    use crate::compare::plan::{Budget, Draft, parse_set, plain_scene};
     use std::path::Path;
 
     fn plan(methods: &[&str], set: &[&str]) -> Plan {
@@ -173,6 +183,9 @@ mod tests {
         let one = hash(&first);
         assert_eq!(one, hash(&Plan { runs: 9, title: "other".into(), ..first.clone() }));
         assert_ne!(one, hash(&Plan { seed: 1, ..first.clone() }));
+        let mut capped = first.clone();
+        capped.scenes[0].samples = Some(1);
+        assert_ne!(one, hash(&capped));
         assert_ne!(one, hash(&Plan { budgets: vec![Budget::Samples(8)], ..first }));
         assert_ne!(one, hash(&plan(&["none", "grid"], &["guiding.memory=1 MiB"])));
         assert_ne!(one, hash(&plan(&["none", "grid"], &["film.width=32"])));
@@ -183,10 +196,11 @@ mod tests {
     fn methods_that_cannot_be_compared_are_refused() {
         let error = Stage::load(&plan(&["none", "sweep:film.width=32"], &[]), 1).err().unwrap().to_string();
         assert!(error.contains("`width=32` changes the picture's size"), "{error}");
-        let blocks = ["none", "sweep:guiding.method=none;render.order=blocks"];
-        let timed = Plan { budgets: vec![Budget::Seconds(1.0)], ..plan(&blocks, &[]) };
-        let error = Stage::load(&timed, 1).err().unwrap().to_string();
-        assert!(error.contains("needs budgets of samples"), "{error}");
-        assert!(Stage::load(&plan(&blocks, &[]), 1).is_ok());
+        let mut other = plan(&["none"], &["film.width=32", "film.height=32"]);
+        other.scenes[0].reference_scene = Some(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/furnace.toml"));
+        assert!(Stage::load(&other, 1).is_ok_and(|(stage, _)| !std::ptr::eq(stage.plain(0).0, stage.reference(0).0)));
+        other.scenes[0].overrides = vec![parse_set("film.width=16").unwrap()];
+        let error = Stage::load(&other, 1).err().unwrap().to_string();
+        assert!(error.contains("cornell: the scene of its reference"), "{error}");
     }
 }

@@ -21,6 +21,7 @@ const FORMAT: u32 = 1;
 enum Line {
     Plan { format: u32, hash: String, title: String },
     Reference { scene: String, reference: ReferenceRecord },
+    Repeat { scene: String, method: String, spp: u32, equal: bool },
     Run(Box<Run>),
 }
 
@@ -30,6 +31,8 @@ pub struct Store {
     file: File,
     runs: Vec<Run>,
     references: BTreeMap<String, ReferenceRecord>,
+    /// Whether two renders were equal, by scene, method and samples per pixel.
+    repeats: BTreeMap<(String, String, u32), bool>,
 }
 
 impl Store {
@@ -47,7 +50,13 @@ impl Store {
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let file = OpenOptions::new().create(true).append(true).open(path).map_err(Error::io(path))?;
         file.set_len(whole as u64).map_err(Error::io(path))?;
-        let mut store = Store { path: path.to_path_buf(), file, runs: Vec::new(), references: BTreeMap::new() };
+        let mut store = Store {
+            path: path.to_path_buf(),
+            file,
+            runs: Vec::new(),
+            references: BTreeMap::new(),
+            repeats: BTreeMap::new(),
+        };
         for (index, line) in text[..whole].lines().enumerate() {
             store.read(index + 1, line, hash)?;
         }
@@ -69,6 +78,9 @@ impl Store {
             (2.., Line::Run(run)) => self.runs.push(*run),
             (2.., Line::Reference { scene, reference }) => {
                 self.references.insert(scene, reference);
+            }
+            (2.., Line::Repeat { scene, method, spp, equal }) => {
+                self.repeats.insert((scene, method, spp), equal);
             }
             _ => return Err(Error::parse(&self.path, number, 0, "the plan must be the first line, and only that")),
         }
@@ -98,6 +110,22 @@ impl Store {
         Ok(())
     }
 
+    /// Sets down whether two renders of a scene and method with the same seed and `spp` samples per pixel were equal.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn add_repeat(&mut self, scene: &str, method: &str, spp: u32, equal: bool) -> Result<()> {
+        let (scene, method) = (scene.to_owned(), method.to_owned());
+        self.append(&Line::Repeat { scene: scene.clone(), method: method.clone(), spp, equal })?;
+        self.repeats.insert((scene, method, spp), equal);
+        Ok(())
+    }
+
+    /// Whether two such renders were equal; `None` where that was not tried.
+    pub fn repeatable(&self, scene: &str, method: &str, spp: u32) -> Option<bool> {
+        self.repeats.get(&(scene.to_owned(), method.to_owned(), spp)).copied()
+    }
+
     fn append(&mut self, line: &Line) -> Result<()> {
         let text = serde_json::to_string(line).map_err(|e| Error::file(&self.path, e.to_string()))? + "\n";
         let write = |file: &mut File| file.write_all(text.as_bytes()).and_then(|()| file.sync_data());
@@ -109,6 +137,12 @@ impl Store {
         let (scene, budget) = (plan.scenes[slot.scene].name(), plan.budgets[slot.budget].name());
         let method = &plan.methods[slot.method].name;
         self.runs.iter().find(|r| r.seed == slot.seed && r.scene == scene && r.budget == budget && r.method == *method)
+    }
+
+    /// The largest relMSE of a method's runs on a scene, infinite where one has none.
+    pub fn worst(&self, scene: &str, method: &str, budget: &str) -> Option<f64> {
+        let own = self.runs.iter().filter(|r| r.scene == scene && r.method == method && r.budget == budget);
+        own.map(Run::badness).max_by(f64::total_cmp)
     }
 
     pub fn reference(&self, scene: &str) -> Option<&ReferenceRecord> {

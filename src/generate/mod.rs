@@ -7,6 +7,7 @@ mod blocks;
 mod cornell;
 mod door;
 mod furnace;
+pub mod gallery;
 mod head;
 pub mod large;
 mod obj_writer;
@@ -41,14 +42,21 @@ pub fn scenes() -> &'static [(&'static str, &'static str)] {
 }
 
 /// Writes `NAME.toml`, `NAME.obj` and `NAME.mtl` into `dir`, which is made if it is missing; files of these names are
-/// replaced. Returns the paths written, the scene file first.
+/// replaced. Returns the paths written, the scene file first. A scene of the gallery may have no mesh of its own.
 ///
 /// # Errors
-/// [`Error::Scene`] for a name that [`scenes`] does not list, [`Error::Io`] where a file cannot be written.
+/// [`Error::Scene`] for a name that neither [`scenes`] nor the gallery has, [`Error::Io`] where a file cannot be written.
 pub fn generate(name: &str, dir: &Path) -> Result<Vec<PathBuf>> {
     let files = make(name)?;
     std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
-    let texts = [("toml", files.toml), ("obj", files.model.obj(name)), ("mtl", files.model.mtl(name))];
+    write_scene(name, &files, dir)
+}
+
+fn write_scene(name: &str, files: &SceneFiles, dir: &Path) -> Result<Vec<PathBuf>> {
+    let mut texts = vec![("toml", files.toml.clone())];
+    if !files.model.objects.is_empty() {
+        texts.extend([("obj", files.model.obj(name)), ("mtl", files.model.mtl(name))]);
+    }
     texts
         .into_iter()
         .map(|(extension, text)| {
@@ -65,13 +73,15 @@ fn make(name: &str) -> Result<SceneFiles> {
         "wall" => Ok(wall::scene()),
         "cornell" => Ok(cornell::scene()),
         "furnace" => Ok(furnace::scene()),
-        _ => Err(unknown(name)),
+        _ => gallery::make(name).ok_or_else(|| unknown(name)),
     }
 }
 
 fn unknown(name: &str) -> Error {
     let known: Vec<&str> = SCENES.iter().chain(&large::SCENES).map(|scene| scene.0).collect();
-    Error::Scene(format!("no scene is called {name:?}; there are {}", known.join(", ")))
+    let gallery: Vec<&str> = gallery::names().collect();
+    let (known, gallery) = (known.join(", "), gallery.join(", "));
+    Error::Scene(format!("no scene is called {name:?}; there are {known}, and in the gallery {gallery}"))
 }
 
 /// A reader never meets half a file: the text is written beside it and takes its place when complete.

@@ -42,6 +42,9 @@ use placing::Placing;
 use states::{Adaptive, Grid, States};
 use tables::Tables;
 
+/// One of so many bytes of the memory may go to the coarse cells of an adaptive grid, before anything is known.
+const CELLS_SHARE: u64 = 8;
+
 /// A guide: what it has learnt so far, and the snapshot that is in use.
 pub struct Guide {
     method: GuidingMethod,
@@ -67,7 +70,8 @@ impl Guide {
             GuidingMethod::None => return None,
             GuidingMethod::Grid => tables(States::Grid(Grid::new(low, high, settings.resolution, settings.normals))),
             GuidingMethod::Adaptive | GuidingMethod::Auto => {
-                tables(States::Adaptive(Adaptive::new(low, high, settings.resolution, settings.levels)))
+                let most = (settings.memory / CELLS_SHARE) as usize;
+                tables(States::Adaptive(Adaptive::within(low, high, settings.resolution, settings.levels, most)))
             }
             GuidingMethod::Voronoi => {
                 let (states, placing) = Placing::begin(settings, triangles);

@@ -21,7 +21,7 @@ const METHODS: [&str; 3] = ["none", "grid", "tree, fine"];
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Number of the checks in `tests/report`.
-const CHECKS: usize = 18;
+const CHECKS: usize = 20;
 
 /// A name that would end the tag it stands in if it were not escaped.
 const SCENES: [&str; 2] = ["a<b", "hall"];
@@ -118,8 +118,34 @@ fn results() -> Value {
         "budgets": budgets.map(|name| json!({"name": name, "seconds": null, "spp": 4})),
         "runs": [], "cells": cells.collect::<Vec<_>>(),
         "charts": [chart(None), chart(Some("a<b")), chart(Some("hall"))],
+        "gallery": gallery(),
         "images": SCENES.iter().flat_map(|scene| pictures(scene)).collect::<Vec<_>>(),
     })
+}
+
+/// `grid` fails in `a<b`, once with a reason and once without.
+fn gallery() -> Value {
+    let finding = |check: &str, colour: &str, why: Option<&str>| json!({"check": check, "colour": colour, "says": format!("what {check} says"), "why": why});
+    let cell = |scene: &str, method: &str| {
+        let (colour, findings) = match (scene, method) {
+            ("a<b", "grid") => (
+                "red",
+                vec![
+                    finding("unbiased", "red", Some("It <knows> nothing.")),
+                    finding("memory", "red", None),
+                    finding("finite", "green", None),
+                ],
+            ),
+            (_, "none") => ("green", vec![finding("finite", "green", None)]),
+            _ => ("amber", vec![finding("efficiency", "amber", None)]),
+        };
+        json!({"scene": scene, "method": method, "colour": colour, "runs": 3, "ratio": around(Some(0.5), 0.1),
+            "relmse_median": 0.02, "relmse_worst": 0.08, "firefly_share": 0.1, "p": 0.5, "guide_bytes": 4096,
+            "memory": 8192, "repeatable": true, "findings": findings, "picture": null})
+    };
+    let bounds = json!({"alarm": 0.01, "slower": 2.0, "fireflies": 0.5, "explosion": 10.0, "repeat": 8});
+    json!({"bounds": bounds, "budget": "16 spp", "tested": 6, "level": 0.0017,
+        "cells": SCENES.iter().flat_map(|s| METHODS.map(|m| cell(s, m))).collect::<Vec<_>>()})
 }
 
 /// The page with what watches it put before its scripts, and `checks` after them.

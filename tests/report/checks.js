@@ -102,6 +102,33 @@ await check('matrix colours what is certain and follows its controls', () => {
   same(look()[5][1], '–', 'an undefined ratio:');
 });
 
+await check('verdicts are marked, told and explained', () => {
+  const marks = $$('#gallery .verdict').map(button => button.querySelector('.mark').textContent);
+  same(marks, ['✓', '✗', '~', '✓', '~', '~']);
+  holds($('#gallery').textContent.includes('1 failure unexplained'), 'no word on what is unexplained');
+  const red = $$('#gallery .verdict')[1];
+  holds(red.textContent.includes('0.500×') && red.textContent.includes('worst 4.00×'), red.textContent);
+  red.focus();
+  red.click();
+  const detail = $('#gallery-detail').textContent;
+  for (const words of ['a<b, grid: failed', 'Unbiased: what unbiased says', 'It <knows> nothing.', 'Unexplained'])
+    holds(detail.includes(words), `no "${words}" in ${detail}`);
+  same([red.ariaExpanded, document.activeElement.tagName], ['true', 'H3']);
+});
+
+await check('a verdict shows its picture beside the reference', async () => {
+  $$('#pictures [role=tab]')[1].click();
+  await until(() => canvases().length === 4, 'the other scene');
+  $$('#gallery-detail button').at(-1).click();
+  await until(() => canvases().length === 2, 'two pictures');
+  await frame();
+  same($$('#stage figcaption').map(words => words.textContent.split('  ')[1].split(',')[0]), ['reference', 'grid']);
+  $$('#pictures [role=tab]')[0].click();
+  await until(() => canvases().length === 4, 'all again');
+  await frame();
+  window.scrollTo(0, 0);
+});
+
 await check('chart tabs go by click and by key', () => {
   const shown = () => $$('#charts [role=tabpanel]').map(panel => !panel.hidden);
   const tabs = $$('#charts [role=tab]');

@@ -1,6 +1,6 @@
 //! How good a reference must be, and seeing that it is.
 
-use super::{Atelier, Event, limit, picture};
+use super::{Atelier, Event, picture};
 use crate::compare::measure;
 use crate::compare::plan::Budget;
 use crate::compare::reference::{self, Growing, Growth, SEEDS};
@@ -27,7 +27,7 @@ impl Atelier<'_> {
     pub(super) fn make(&mut self, scene: usize, file: &Path, store: &mut Store) -> Result<bool> {
         let Some(smallest) = self.smallest_error(scene) else { return Ok(false) };
         let (name, wanted) = (self.plan.scenes[scene].name(), self.plan.reference_noise * smallest);
-        let (loaded, description) = self.stage.plain(scene);
+        let (loaded, description) = self.stage.reference(scene);
         let path = self.folder.join(file);
         let found = Growing::find(&path, loaded)?;
         let mut go_on = true;
@@ -98,15 +98,17 @@ impl Atelier<'_> {
             Budget::Seconds(seconds) => Budget::Seconds(seconds * PILOT_SHARE),
             Budget::Samples(spp) => Budget::Samples(((f64::from(spp) * PILOT_SHARE) as u32).max(PILOT_SAMPLES)),
         };
-        limit(&mut settings, short);
+        let cap = plan.scenes[scene].samples;
+        self.limits.set((scene, method), loaded, &mut settings, short, cap);
         let mut rendering = self.render(loaded, &settings, event)?;
         if rendering.samples < PILOT_SAMPLES {
-            limit(&mut settings, Budget::Samples(PILOT_SAMPLES));
+            self.limits.set((scene, method), loaded, &mut settings, Budget::Samples(PILOT_SAMPLES), None);
             rendering = self.render(loaded, &settings, event)?;
         }
-        let share = match largest {
-            Budget::Seconds(seconds) => rendering.seconds / seconds,
-            Budget::Samples(spp) => f64::from(rendering.samples) / f64::from(spp),
+        let share = match (cap, largest) {
+            (Some(cap), _) => f64::from(rendering.samples) / f64::from(cap),
+            (None, Budget::Seconds(seconds)) => rendering.seconds / seconds,
+            (None, Budget::Samples(spp)) => f64::from(rendering.samples) / f64::from(spp),
         };
         let learnt = if rendering.guide.is_some() { LEARNT } else { 1.0 };
         Some(learnt * share * measure::relative_noise(&picture(&rendering), &rendering.estimate.variance))

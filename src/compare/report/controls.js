@@ -112,7 +112,7 @@ async function openPictures(scene, budget, light) {
   }
   if (viewer.scene !== scene || viewer.budget !== budget) return;
   const last = pictures.length - 1;
-  Object.assign(viewer, { pictures, shown: new Set(pictures.keys()), current: 0, previous: last, left: 0, right: last });
+  Object.assign(viewer, { pictures, shown: wantedPictures(pictures), current: 0, previous: last, left: 0, right: last });
   view.show(pictures[0].width, pictures[0].height);
   const row = picture => el('tr', null, el('th', { scope: 'row' }, picture.label),
     Array.from({ length: 4 }, () => el('td')));
@@ -120,6 +120,14 @@ async function openPictures(scene, budget, light) {
   light.auto();
   drawPickers();
   buildStage();
+}
+
+/** All of them, or the reference and the one method that was asked for. */
+function wantedPictures(pictures) {
+  const { wanted } = viewer;
+  viewer.wanted = null;
+  const indices = [...pictures.keys()];
+  return new Set(wanted ? indices.filter(i => !pictures[i].reference || pictures[i].method === wanted) : indices);
 }
 
 function viewerControls(light) {

@@ -1,5 +1,6 @@
 showSummary();
 showMatrix();
+showGallery();
 showCharts();
 showTable();
 showSetup();

@@ -8,6 +8,7 @@ const SCRIPT: &str = concat!(
     include_str!("data.js"),
     include_str!("summary.js"),
     include_str!("matrix.js"),
+    include_str!("gallery.js"),
     include_str!("charts.js"),
     include_str!("table.js"),
     include_str!("picture.js"),

@@ -2,7 +2,7 @@
 
 const viewer = {
   pictures: [], scene: null, budget: null, mode: 'grid', error: false, stops: 0,
-  shown: new Set(), current: 0, previous: 0, left: 0, right: 0, split: 0.5,
+  shown: new Set(), wanted: null, current: 0, previous: 0, left: 0, right: 0, split: 0.5,
   /** The pixel that is read out, and the canvas that the pointer is over. */
   probe: null, over: null, panels: [], table: null, colours: null,
 };

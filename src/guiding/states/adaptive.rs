@@ -22,10 +22,23 @@ const COORDINATE: u64 = (1 << POSITION_BITS) - 1;
 const LEVEL_SHIFT: u32 = 3 * POSITION_BITS + NORMAL_BITS;
 
 impl Adaptive {
+    /// As [`Self::new`], with fewer cells where so many would take more than `most` bytes.
+    pub fn within(low: Vec3, high: Vec3, resolution: u32, max_level: u8, most: usize) -> Adaptive {
+        let fits =
+            |resolution: &u32| Adaptive::size(low, high, *resolution).2.as_u64vec3().element_product() <= most as u64;
+        let halved = std::iter::successors(Some(resolution), |resolution| (*resolution > 1).then(|| resolution / 2));
+        Adaptive::new(low, high, halved.into_iter().find(fits).unwrap_or(1), max_level)
+    }
+
+    /// Origin, cells per unit of length and cells along each axis.
+    fn size(low: Vec3, high: Vec3, resolution: u32) -> (Vec3, f32, UVec3) {
+        let (origin, cells_per_unit) = lay(low, high, resolution);
+        (origin, cells_per_unit, ((high - origin) * cells_per_unit + 2.0).as_uvec3().max(UVec3::ONE))
+    }
+
     /// `resolution` coarse cells along the longest side of the box `(low, high)`, each halved up to `max_level` times.
     pub fn new(low: Vec3, high: Vec3, resolution: u32, max_level: u8) -> Adaptive {
-        let (origin, cells_per_unit) = lay(low, high, resolution);
-        let size = ((high - origin) * cells_per_unit + 2.0).as_uvec3().max(UVec3::ONE);
+        let (origin, cells_per_unit, size) = Adaptive::size(low, high, resolution);
         let cells = size.x as usize * size.y as usize * size.z as usize;
         Adaptive { origin, cells_per_unit, size, levels: vec![0; cells], max_level }
     }

@@ -4,6 +4,7 @@ mod bench;
 mod commands;
 mod compare;
 mod faults;
+mod gallery;
 mod guides;
 mod paper;
 mod render;

@@ -1,0 +1,104 @@
+//! The stability matrix: what each method does on each scene of a gallery, judged by stated bounds.
+//!
+//! [`checks`] judge the runs of a cell, [`matrix`] puts them together, [`output`] and [`pictures`] write them. Nothing is red
+//! but by its figures; why a cell is red is told by sentences in the comparison's file, and where there is none, that too.
+
+pub mod checks;
+pub mod matrix;
+pub mod output;
+pub mod pictures;
+pub(super) mod reading;
+
+#[cfg(test)]
+mod tests;
+
+use serde::Serialize;
+
+/// What the comparison's file says of its matrix.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Gallery {
+    pub bounds: Bounds,
+    pub whys: Vec<Why>,
+}
+
+/// Where verdicts change.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Bounds {
+    /// Probability that any of all tests of bias is wrong, were all cells honest.
+    pub alarm: f64,
+    /// How many times as inefficient as the baseline a method may be.
+    pub slower: f64,
+    /// Share of the error in the worst 0.1 % of the pixels.
+    pub fireflies: f64,
+    /// The worst run's error over the median run's.
+    pub explosion: f64,
+    /// Samples per pixel of the pictures that must be equal.
+    pub repeat: u32,
+}
+
+impl Default for Bounds {
+    fn default() -> Bounds {
+        Bounds { alarm: 0.01, slower: 2.0, fireflies: 0.5, explosion: 10.0, repeat: 8 }
+    }
+}
+
+/// A sentence on why some cells fail.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Why {
+    /// Empty: any.
+    pub scenes: Vec<String>,
+    pub methods: Vec<String>,
+    pub fails: Vec<Check>,
+    pub says: String,
+}
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Check {
+    Unbiased,
+    Finite,
+    Efficiency,
+    Fireflies,
+    Explosion,
+    Memory,
+    Repeatable,
+}
+
+impl Check {
+    pub const NAMES: [(&'static str, Check); 7] = [
+        ("unbiased", Check::Unbiased),
+        ("finite", Check::Finite),
+        ("efficiency", Check::Efficiency),
+        ("fireflies", Check::Fireflies),
+        ("explosion", Check::Explosion),
+        ("memory", Check::Memory),
+        ("repeatable", Check::Repeatable),
+    ];
+
+    pub fn name(self) -> &'static str {
+        Check::NAMES[self as usize].0
+    }
+}
+
+/// A verdict, the worst last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Colour {
+    Green,
+    /// Not known, or within the bounds but worse than the baseline.
+    Amber,
+    Red,
+}
+
+impl Gallery {
+    /// The first sentence for this failure.
+    pub fn why(&self, scene: &str, method: &str, check: Check) -> Option<&str> {
+        let has = |names: &[String], name: &str| names.is_empty() || names.iter().any(|n| n == name);
+        let fits = |why: &&Why| {
+            let check = why.fails.is_empty() || why.fails.contains(&check);
+            check && has(&why.scenes, scene) && has(&why.methods, method)
+        };
+        self.whys.iter().find(fits).map(|why| why.says.as_str())
+    }
+}
