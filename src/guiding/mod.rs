@@ -16,6 +16,7 @@ mod placing;
 pub mod qtable;
 pub mod recorder;
 mod refine;
+mod rows;
 pub mod sdtree;
 pub mod states;
 mod stored;

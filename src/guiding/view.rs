@@ -2,9 +2,9 @@
 
 use super::Guide;
 use super::Kind;
-use super::field::estimates;
 use super::learner::{Table, in_table};
 use super::qtable::{Actions, State};
+use super::rows::estimates;
 use super::sdtree::Quadtree;
 use super::states::StateKey;
 use super::tables::Tables;

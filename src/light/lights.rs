@@ -92,8 +92,13 @@ impl Lights {
     /// Density per steradian with which [`Self::sample`] from `p` draws the point `y` of the triangle `light` (from
     /// [`Self::triangle_light`]), the choice of the light included: pmf·d²/(A·cosθ). 0 where it never would.
     pub fn pdf_triangle(&self, light: u32, p: Vec3, y: Vec3) -> f32 {
-        let pmf = self.choice.pmf(light as usize) as f64;
-        let pdf = (pmf * self.triangles[light as usize].pdf(p, y)) as f32;
+        self.chosen(light as usize, self.triangles[light as usize].pdf(p, y))
+    }
+
+    /// The density of a light's own sampling, times the probability that it is chosen.
+    #[inline]
+    fn chosen(&self, light: usize, pdf: f64) -> f32 {
+        let pdf = (self.choice.pmf(light) as f64 * pdf) as f32;
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
@@ -132,12 +137,16 @@ impl Lights {
         let light = &self.triangles[index];
         // where `p` is behind, the density is 0 and the sample is dropped
         let surface = light.sample(u);
-        let (wi, distance) = unit_and_length(surface.point - p)?;
+        let to_light = (surface.point - p).as_dvec3();
+        let distance = to_light.length();
+        if !(distance > 0.0 && distance.is_finite()) {
+            return None;
+        }
         Some(LightSample {
-            wi,
-            distance,
+            wi: (to_light / distance).as_vec3(),
+            distance: distance as f32,
             radiance: light.emitted(),
-            pdf: self.pdf_triangle(index as u32, p, surface.point),
+            pdf: self.chosen(index, light.pdf_along(to_light, distance)),
             delta: false,
             surface: Some(surface),
         })

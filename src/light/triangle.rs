@@ -3,7 +3,7 @@
 use super::{LightPoint, check_light, wide_luminance};
 use crate::Result;
 use crate::math::{Rgb, warp};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
 /// A triangle that emits the same radiance everywhere and in all directions of one side, or of both.
@@ -72,10 +72,15 @@ impl AreaLight {
     /// 0 where `p` is behind or in the plane, or where the density is too large for an `f32`: nothing is drawn there.
     pub fn pdf(&self, p: Vec3, y: Vec3) -> f64 {
         let to_light = (y - p).as_dvec3();
-        let squared = to_light.length_squared();
-        let cos = self.emitting_cosine(-to_light.dot(self.normal.as_dvec3()) / squared.sqrt());
-        let pdf = squared / (self.area * cos);
-        if cos > 0.0 && pdf <= f32::MAX as f64 { pdf } else { 0.0 }
+        self.pdf_along(to_light, to_light.length())
+    }
+
+    /// [`Self::pdf`] where the way to the point and its length are known: d²/(A·cosθ) is d³/(A·d·cosθ).
+    #[inline]
+    pub fn pdf_along(&self, to_light: DVec3, distance: f64) -> f64 {
+        let facing = self.emitting_cosine(-to_light.dot(self.normal.as_dvec3()));
+        let pdf = distance * distance * distance / (self.area * facing);
+        if facing > 0.0 && pdf <= f32::MAX as f64 { pdf } else { 0.0 }
     }
 
     /// Radiance on the side that emits.

@@ -1,9 +1,11 @@
 //! One block of the picture after the other, each with all of its samples: the order of a renderer that knows nothing of
 //! learning. With on-line updates the guide of the last block knows all, that of the first nothing.
 
+use super::Observer;
+use super::driver::Driver;
 use super::schedule::{round_paths, rounds};
-use super::{Driver, Observer, Watch};
 use crate::film::accumulate::FEATURE_SAMPLES;
+use crate::integrator::probe::Watch;
 use std::time::Instant;
 
 impl<W: Watch> Driver<'_, W> {

@@ -1,0 +1,273 @@
+//! The driver: iterations × passes × tasks, the clock, and what the guide learns between rounds.
+
+use super::noise::Noise;
+use super::schedule::{Tiling, iteration_samples, round_paths, rounds};
+use super::worth::Worth;
+use super::{IterationReport, Keeping, Observer, Progress, Rendering, Settings, efficiency};
+use crate::film::accumulate::{FEATURE_SAMPLES, Film};
+use crate::guiding::Guide;
+use crate::integrator::path::GuideUse;
+use crate::integrator::probe::Watch;
+use crate::integrator::{Batch, BatchResult, Counters, Efficiency, PathIntegrator, Task};
+use crate::math::luminance;
+use crate::scene::Scene;
+use crate::scene::description::{Combine, GuidingMethod, Roulette, Updates};
+use rayon::prelude::*;
+use std::time::{Duration, Instant};
+
+/// Without a guide all samples are alike, whatever they seem to be.
+fn combine(settings: &Settings) -> Combine {
+    let (combine, method) = (settings.render.combine, settings.guiding.method);
+    if combine == Combine::InverseVariance && method == GuidingMethod::None { Combine::All } else { combine }
+}
+
+/// Samples per pixel that an iteration plans at most.
+const LONGEST: u32 = 1 << 30;
+
+pub(super) struct Driver<'a, W> {
+    pub(super) scene: &'a Scene,
+    pub(super) settings: &'a Settings,
+    pub(super) watch: &'a W,
+    pub(super) tiling: Tiling,
+    pub(super) film: Film,
+    pub(super) guide: Option<Guide>,
+    pub(super) keep: bool,
+    pub(super) learnt_paths: u64,
+    pub(super) seed: u64,
+    pub(super) efficiency: Option<Efficiency>,
+    /// Where it is to be found out whether the guide pays.
+    pub(super) worth: Option<Worth>,
+    pub(super) iterations: Vec<IterationReport>,
+    pub(super) samples: u32,
+    pub(super) paths: u64,
+    pub(super) start: Instant,
+}
+
+impl<'a, W: Watch> Driver<'a, W> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        Keeping { from, keep }: Keeping,
+        watch: &'a W,
+    ) -> Driver<'a, W> {
+        let start = Instant::now();
+        // a guide that is given or to be kept is wanted, whatever it pays
+        let judged = settings.guiding.method == GuidingMethod::Auto && from.is_none() && !keep;
+        let (learnt_paths, salt) = from.as_ref().map_or((0, 0), |trained| (trained.paths, trained.salt));
+        let from = from.map(|trained| trained.guide);
+        let (width, height) = (scene.camera.width, scene.camera.height);
+        Driver {
+            scene,
+            settings,
+            watch,
+            tiling: Tiling::new(width, height),
+            film: Film::new(width, height, combine(settings)),
+            guide: from.or_else(|| Guide::new(&settings.guiding, scene.bounds(), scene.facets())),
+            keep,
+            learnt_paths,
+            seed: settings.render.seed ^ salt,
+            efficiency: None,
+            worth: judged.then(|| Worth::new(settings.render.time.is_some())),
+            iterations: Vec::new(),
+            samples: 0,
+            paths: 0,
+            start,
+        }
+    }
+
+    pub(super) fn run(&mut self, observer: Observer) {
+        // With a guide from before, iterations go on where those ended: after one of its length, the old is half forgotten.
+        let pixels = self.scene.camera.width as u64 * self.scene.camera.height as u64;
+        let mut planned = (self.learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST as u64) as u32;
+        loop {
+            let left = self.samples_left();
+            if left == 0 {
+                return;
+            }
+            let samples = iteration_samples(planned, left);
+            if !self.iterate(samples, samples == left, observer) {
+                return;
+            }
+            planned = (2 * planned).min(LONGEST);
+        }
+    }
+
+    /// What came of it.
+    pub(super) fn finish(self) -> Rendering {
+        let seconds = self.start.elapsed().as_secs_f64();
+        Rendering {
+            estimate: self.film.develop(),
+            iterations: self.iterations,
+            samples: self.samples,
+            seconds,
+            film_seconds: self.start.elapsed().as_secs_f64() - seconds,
+            guide: self.guide,
+            verdict: self.worth.and_then(|worth| worth.verdict()),
+            learnt_paths: self.learnt_paths,
+        }
+    }
+
+    /// Samples per pixel that are left of the budget; under a time limit an estimate from the speed so far.
+    fn samples_left(&self) -> u32 {
+        let left = self.settings.render.spp - self.samples;
+        match self.settings.render.time {
+            Some(_) if self.samples == 0 => left,
+            Some(limit) => {
+                let elapsed = self.start.elapsed().as_secs_f64();
+                let per_sample = elapsed / self.samples as f64;
+                left.min(((limit - elapsed) / per_sample).round().max(0.0) as u32)
+            }
+            None => left,
+        }
+    }
+
+    pub(super) fn begin_iteration(&self) -> IterationReport {
+        IterationReport {
+            samples: 0,
+            seconds: 0.0,
+            learn_seconds: 0.0,
+            film_seconds: 0.0,
+            counters: Counters::default(),
+            usable_states: self.guide.as_ref().map_or(0, |g| g.field().len()),
+        }
+    }
+
+    /// One iteration, with one frozen guide unless updates are on-line; `false` where rendering is over.
+    fn iterate(&mut self, samples: u32, last: bool, observer: Observer) -> bool {
+        let start = Instant::now();
+        // What nothing will be drawn from need not be learnt.
+        let learn = self.guided() && (!last || self.keep || self.online());
+        let mut report = self.begin_iteration();
+        // Under a time limit the last iteration ends with the time, not with an estimated count.
+        let open_ended = self.settings.render.time.is_some() && last;
+        let target = if open_ended { self.settings.render.spp - self.samples } else { samples };
+        let mut go_on = true;
+        while report.samples < target && go_on {
+            let pass = self.tiling.samples.min(target - report.samples);
+            self.pass(pass, learn, &mut report);
+            report.samples += pass;
+            go_on = observer(&self.progress()) && !self.time_is_up(pass);
+        }
+        if let Some(guide) = self.guide.as_mut().filter(|_| learn && (go_on || self.keep)) {
+            // An iteration that was cut short says too little of where states are to be refined or dropped.
+            let whole = report.samples >= samples / 2;
+            let end = || if whole { guide.end_iteration(report.samples) } else { guide.refresh() };
+            report.learn_seconds += timed(end).as_secs_f64();
+            self.learnt_paths = self.learnt_paths.max(report.counters.paths);
+        }
+        if go_on && self.guided() {
+            self.weigh(&report.counters);
+        }
+        self.film.end_iteration();
+        report.seconds = start.elapsed().as_secs_f64();
+        self.iterations.push(report);
+        go_on
+    }
+
+    /// Whether a guide is there, and in use.
+    fn guided(&self) -> bool {
+        self.guide.is_some() && self.worth.as_ref().is_none_or(Worth::pays)
+    }
+
+    /// What the noise of an iteration says of roulette, and of the guide.
+    fn weigh(&mut self, counters: &Counters) {
+        if let Some(worth) = self.worth.as_mut().filter(|_| self.samples == 1) {
+            worth.begin(self.film.develop().mean.iter().map(|&c| luminance(c)).collect(), counters);
+        }
+        let Some(noise) = Noise::of(&self.film) else { return };
+        if self.settings.integrator.roulette == Roulette::Guided {
+            self.efficiency = efficiency::efficiency(&noise, counters).or(self.efficiency.take());
+        }
+        if let Some(worth) = &mut self.worth {
+            worth.judge(&noise, counters);
+        }
+    }
+
+    /// Adds `samples` to every pixel.
+    fn pass(&mut self, samples: u32, learn: bool, report: &mut IterationReport) {
+        for round in rounds(&self.tiling.pass(self.samples, samples), round_paths(self.online())) {
+            self.round(&round, learn, report);
+        }
+        self.film.add_samples(samples, self.samples < FEATURE_SAMPLES);
+        self.samples += samples;
+    }
+
+    /// Traces the tasks of a round; then the guide learns from it.
+    pub(super) fn round(&mut self, round: &[Task], learn: bool, report: &mut IterationReport) {
+        let enough = self.guide.as_ref().is_some_and(|guide| guide.has_enough(report.counters.transitions));
+        let learn = learn && (self.online() || !enough);
+        let results = self.trace(round, learn);
+        report.film_seconds += timed(|| {
+            for (task, result) in round.iter().zip(&results) {
+                self.film.add(&task.tile, &result.samples);
+                report.counters.add(&result.counters);
+                self.paths += result.counters.paths;
+            }
+        })
+        .as_secs_f64();
+        let online = self.online();
+        if let Some(guide) = self.guide.as_mut().filter(|_| learn) {
+            let recorders: Vec<_> = results.iter().filter_map(|result| result.recorder.as_ref()).collect();
+            report.learn_seconds += timed(|| {
+                guide.learn(&recorders);
+                if online {
+                    guide.refresh();
+                }
+            })
+            .as_secs_f64();
+        }
+    }
+
+    /// Whether the guide's snapshot follows what it learns, round by round.
+    pub(super) fn online(&self) -> bool {
+        self.guide.is_some() && self.settings.guiding.updates == Updates::Online
+    }
+
+    /// All tasks of a round in parallel; results in the order of the tasks.
+    fn trace(&self, round: &[Task], learn: bool) -> Vec<BatchResult> {
+        let integrator = PathIntegrator {
+            scene: self.scene,
+            settings: &self.settings.integrator,
+            guide: self.guide.as_ref().filter(|_| self.guided()).map(|guide| GuideUse {
+                field: guide.field(),
+                settings: &self.settings.guiding,
+                learn,
+                efficiency: self.efficiency.as_ref(),
+            }),
+            seed: self.seed,
+            features: false,
+        };
+        let render = |batch: &mut Batch, task: &Task| {
+            let mut probe = self.watch.begin(task);
+            let integrator = PathIntegrator { features: task.first_sample < FEATURE_SAMPLES, ..integrator };
+            let result = integrator.render_probed(task, batch, &mut probe);
+            self.watch.end(task, probe);
+            result
+        };
+        round.par_iter().map_init(Batch::new, render).collect()
+    }
+
+    pub(super) fn pixels(&self) -> u64 {
+        self.scene.camera.width as u64 * self.scene.camera.height as u64
+    }
+
+    pub(super) fn progress(&self) -> Progress {
+        let seconds = self.start.elapsed().as_secs_f64();
+        let by_samples = self.paths as f64 / (self.pixels() as f64 * self.settings.render.spp as f64);
+        let by_time = self.settings.render.time.map_or(0.0, |limit| seconds / limit);
+        Progress { samples: self.samples, share: by_samples.max(by_time).min(1.0), seconds, paths: self.paths }
+    }
+
+    /// Whether the time is used, or another pass of `samples` would go beyond it by more than half of itself.
+    fn time_is_up(&self, samples: u32) -> bool {
+        let Some(limit) = self.settings.render.time else { return false };
+        let elapsed = self.start.elapsed().as_secs_f64();
+        elapsed + 0.5 * elapsed * samples as f64 / self.samples as f64 >= limit
+    }
+}
+
+fn timed(f: impl FnOnce()) -> Duration {
+    let start = Instant::now();
+    f();
+    start.elapsed()
+}
