@@ -3,14 +3,8 @@
 use super::Style;
 use super::axis::{Axis, short};
 use super::plot::cut;
-use super::svg::{Anchor, FAINT, GRID, INK, Svg};
-
-const WIDTH: f64 = 760.0;
-const TOP: f64 = 62.0;
-const ROW: f64 = 22.0;
-const BOTTOM: f64 = 54.0;
-/// Room for what stands right of the bars.
-const FIGURES: f64 = 150.0;
+use super::rows::{BOTTOM, FIGURES, Frame, ROW, TOP, WIDTH};
+use super::svg::{Anchor, FAINT, INK, Svg};
 
 /// A bar, or a heading above some.
 pub enum Row {
@@ -34,12 +28,13 @@ pub fn bars(title: &str, note: &str, label: &str, rows: &[Row]) -> Option<String
     }
     let axis = Axis::logarithmic(all.into_iter().chain([1.0]))?;
     let letters = rows.iter().map(|r| matches!(r, Row::Bar { .. }).then(|| r.letters()).unwrap_or(0)).max()?;
-    let frame = Frame { axis, left: 40.0 + 6.6 * letters as f64, bottom: TOP + ROW * rows.len() as f64 };
+    let frame = Frame { axis, left: 40.0 + 6.6 * letters as f64, top: TOP, bottom: TOP + ROW * rows.len() as f64 };
     let mut svg = Svg::card(WIDTH, frame.bottom + BOTTOM, title);
     svg.text((16.0, 27.0), 16.0, INK, Anchor::Start, title);
     svg.text((16.0, 46.0), 11.5, FAINT, Anchor::Start, note);
     frame.axis(&mut svg, label);
-    rows.iter().enumerate().for_each(|(k, row)| frame.row(&mut svg, TOP + ROW * k as f64, row));
+    frame.one(&mut svg);
+    rows.iter().enumerate().for_each(|(k, row)| frame.bar_row(&mut svg, TOP + ROW * k as f64, row));
     Some(svg.finish())
 }
 
@@ -51,29 +46,14 @@ impl Row {
     }
 }
 
-struct Frame {
-    axis: Axis,
-    left: f64,
-    bottom: f64,
-}
-
 impl Frame {
-    fn at(&self, value: f64) -> f64 {
-        self.left + self.axis.place(value) * (WIDTH - FIGURES - self.left)
-    }
-
-    fn axis(&self, svg: &mut Svg, label: &str) {
-        for (value, text) in self.axis.ticks() {
-            let x = self.at(value);
-            svg.line((x, TOP), (x, self.bottom), GRID, 1.0, "");
-            svg.text((x, self.bottom + 17.0), 11.5, INK, Anchor::Middle, &text);
-        }
+    /// Where efficiencies are equal.
+    fn one(&self, svg: &mut Svg) {
         let one = self.at(1.0);
-        svg.line((one, TOP), (one, self.bottom), FAINT, 1.5, "");
-        svg.text((0.5 * (self.left + WIDTH - FIGURES), self.bottom + 40.0), 12.5, INK, Anchor::Middle, label);
+        svg.line((one, self.top), (one, self.bottom), FAINT, 1.5, "");
     }
 
-    fn row(&self, svg: &mut Svg, y: f64, row: &Row) {
+    fn bar_row(&self, svg: &mut Svg, y: f64, row: &Row) {
         let middle = y + 0.5 * ROW;
         let (name, style, value, interval) = match row {
             Row::Heading(text) => {

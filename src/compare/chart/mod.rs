@@ -6,6 +6,7 @@ mod bars;
 mod kinds;
 mod plot;
 mod raster;
+mod rows;
 mod stack;
 mod svg;
 

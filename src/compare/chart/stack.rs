@@ -3,15 +3,10 @@
 use super::COLORS;
 use super::axis::Axis;
 use super::plot::cut;
-use super::svg::{Anchor, FAINT, GRID, INK, Svg};
+use super::rows::{BOTTOM, FIGURES, Frame, ROW, TOP, WIDTH};
+use super::svg::{Anchor, FAINT, INK, Svg};
 
-const WIDTH: f64 = 760.0;
-const TOP: f64 = 62.0;
 const LEGEND: f64 = 24.0;
-const ROW: f64 = 22.0;
-const BOTTOM: f64 = 54.0;
-/// Room for what stands right of the bars.
-const FIGURES: f64 = 150.0;
 /// Of parts beyond the list of colours.
 const REST: &str = "#c3c8ce";
 
@@ -47,7 +42,7 @@ pub fn stacks(sheet: &Sheet, rows: &[Stack]) -> Option<String> {
     svg.text((16.0, 46.0), 11.5, FAINT, Anchor::Start, sheet.note);
     legend(&mut svg, sheet.parts);
     frame.axis(&mut svg, sheet.label);
-    rows.iter().enumerate().for_each(|(k, row)| frame.row(&mut svg, top + ROW * k as f64, row));
+    rows.iter().enumerate().for_each(|(k, row)| frame.stack_row(&mut svg, top + ROW * k as f64, row));
     Some(svg.finish())
 }
 
@@ -64,28 +59,8 @@ fn legend(svg: &mut Svg, parts: &[&str]) {
     }
 }
 
-struct Frame {
-    axis: Axis,
-    left: f64,
-    top: f64,
-    bottom: f64,
-}
-
 impl Frame {
-    fn at(&self, value: f64) -> f64 {
-        self.left + self.axis.place(value) * (WIDTH - FIGURES - self.left)
-    }
-
-    fn axis(&self, svg: &mut Svg, label: &str) {
-        for (value, text) in self.axis.ticks() {
-            let x = self.at(value);
-            svg.line((x, self.top), (x, self.bottom), GRID, 1.0, "");
-            svg.text((x, self.bottom + 17.0), 11.5, INK, Anchor::Middle, &text);
-        }
-        svg.text((0.5 * (self.left + WIDTH - FIGURES), self.bottom + 40.0), 12.5, INK, Anchor::Middle, label);
-    }
-
-    fn row(&self, svg: &mut Svg, y: f64, row: &Stack) {
+    fn stack_row(&self, svg: &mut Svg, y: f64, row: &Stack) {
         let middle = y + 0.5 * ROW;
         if row.parts.is_empty() {
             return svg.text((16.0, middle + 5.0), 12.5, INK, Anchor::Start, &row.name);
