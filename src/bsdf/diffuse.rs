@@ -1,7 +1,8 @@
 //! Lambert's law.
 
-use super::{BLACK, BsdfSample, Scatter};
+use super::{BLACK, Bsdf, BsdfSample, Scatter, mirrored};
 use crate::math::Rgb;
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use glam::Vec3;
 
@@ -31,11 +32,82 @@ impl Scatter for Diffuse {
         (wo.z > 0.0 && pdf > 0.0).then_some(BsdfSample { wi, weight: self.reflectance, pdf, delta: false, eta: 1.0 })
     }
 
+    #[inline]
     fn albedo(&self, wo: Vec3) -> Rgb {
         if wo.z > 0.0 { self.reflectance } else { Rgb::ZERO }
     }
 
     fn roughness(&self) -> f32 {
         1.0
+    }
+}
+
+/// Lambertian surfaces of a packet, side by side: what [`Bsdf`] gives one by one, to the last bit. Lanes with a surface of
+/// another kind are black.
+pub struct DiffuseLanes {
+    reflectance: Vec3Lanes,
+    turns: [bool; LANES],
+    is: [bool; LANES],
+}
+
+impl DiffuseLanes {
+    pub fn new() -> DiffuseLanes {
+        DiffuseLanes { reflectance: Vec3Lanes::ZERO, turns: [false; LANES], is: [false; LANES] }
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, k: usize, bsdf: Option<&Bsdf>) {
+        let diffuse = bsdf.and_then(|bsdf| bsdf.diffuse().zip(Some(bsdf.turns())));
+        self.is[k] = diffuse.is_some();
+        let (diffuse, turns) = diffuse.unwrap_or((Diffuse { reflectance: Rgb::ZERO }, false));
+        self.reflectance.set(k, diffuse.reflectance);
+        self.turns[k] = turns;
+    }
+
+    /// Whether surface `k` is Lambertian.
+    #[inline(always)]
+    pub fn is(&self, k: usize) -> bool {
+        self.is[k]
+    }
+
+    #[inline(always)]
+    pub fn reflectance(&self, k: usize) -> Rgb {
+        self.reflectance.get(k)
+    }
+
+    /// Surface `k`, with the directions by which it is seen and lit, on the side from which it scatters.
+    #[inline(always)]
+    fn turned(&self, k: usize, wo: Vec3, wi: Vec3) -> (Diffuse, Vec3, Vec3) {
+        let turned = self.turns[k] & (wo.z < 0.0);
+        let (wo, wi) = if turned { (mirrored(wo), mirrored(wi)) } else { (wo, wi) };
+        (Diffuse { reflectance: self.reflectance.get(k) }, wo, wi)
+    }
+
+    /// As [`Bsdf::eval_pdf`]; directions in the shading frames.
+    #[inline(always)]
+    pub fn eval_pdf(&self, wo: &Vec3Lanes, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+        for k in 0..LANES {
+            let (diffuse, wo, wi) = self.turned(k, wo.get(k), wi.get(k));
+            let (value, density) = diffuse.eval_pdf(wo, wi);
+            f.set(k, value);
+            pdf[k] = density;
+        }
+    }
+
+    /// As [`Bsdf::sample`] with the numbers `u`; the density is 0 where there is no sample. Its weight is the reflectance.
+    #[inline(always)]
+    pub fn sample(&self, wo: &Vec3Lanes, u: &[Lanes; 2], wi: &mut Vec3Lanes, pdf: &mut Lanes) {
+        for k in 0..LANES {
+            let above = square_to_cosine_hemisphere([u[0][k], u[1][k]]);
+            let (_, wo, turned) = self.turned(k, wo.get(k), above);
+            wi.set(k, turned);
+            pdf[k] = if wo.z > 0.0 { square_to_cosine_hemisphere_pdf(above) } else { 0.0 };
+        }
+    }
+}
+
+impl Default for DiffuseLanes {
+    fn default() -> DiffuseLanes {
+        DiffuseLanes::new()
     }
 }

@@ -24,7 +24,7 @@ mod rough_plastic;
 
 pub use coat::{CoatTable, CoatTables};
 pub use dielectric::{Dielectric, ThinDielectric};
-pub use diffuse::Diffuse;
+pub use diffuse::{Diffuse, DiffuseLanes};
 pub use diffuse_transmitter::DiffuseTransmitter;
 pub use mirror::Mirror;
 pub use model::{BsdfModel, color_textures};
@@ -116,24 +116,19 @@ macro_rules! each {
     };
 }
 
-/// The BSDF at one point. One-sided opaque kinds are black from behind (wo.z < 0).
+/// The BSDF at one point: what its material says for everywhere, borrowed, and the colours there. One-sided opaque kinds
+/// are black from behind (wo.z < 0); two-sided ones scatter there like their mirror image about the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<'s> {
-    kind: BsdfKind<'s>,
-    /// Opaque and two-sided: seen from behind, it scatters like its mirror image about the surface.
-    turns: bool,
+    model: &'s BsdfModel,
+    colors: [Rgb; 2],
 }
 
 impl<'s> Bsdf<'s> {
-    /// `two_sided` means nothing for kinds that let light through.
-    #[inline]
-    pub fn new(kind: BsdfKind<'s>, two_sided: bool) -> Bsdf<'s> {
-        Bsdf { kind, turns: two_sided && each!(&kind, b => is_opaque(b)) }
-    }
-
     /// The kind, with its parameters.
-    pub fn kind(&self) -> &BsdfKind<'s> {
-        &self.kind
+    #[inline(always)]
+    pub fn kind(&self) -> BsdfKind<'s> {
+        self.model.kind(self.colors)
     }
 
     /// f(wo, wi)·|cosθi| per steradian, summed over the smooth lobes.
@@ -153,7 +148,10 @@ impl<'s> Bsdf<'s> {
     #[inline]
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         let (wo, wi) = if self.turned(wo) { (mirrored(wo), mirrored(wi)) } else { (wo, wi) };
-        each!(&self.kind, b => b.eval_pdf(wo, wi))
+        match self.diffuse() {
+            Some(b) => b.eval_pdf(wo, wi),
+            None => self.eval_pdf_other(wo, wi),
+        }
     }
 
     /// Draws `wi`: `u_lobe` chooses the lobe, `u` the direction in it, all uniform in [0, 1). `None` where light
@@ -162,7 +160,10 @@ impl<'s> Bsdf<'s> {
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
         let turned = self.turned(wo);
         let wo = if turned { mirrored(wo) } else { wo };
-        let mut sample = each!(&self.kind, b => b.sample(wo, u_lobe, u))?;
+        let mut sample = match self.diffuse() {
+            Some(b) => b.sample(wo, u_lobe, u),
+            None => self.sample_other(wo, u_lobe, u),
+        }?;
         if turned {
             sample.wi = mirrored(sample.wi);
         }
@@ -172,7 +173,7 @@ impl<'s> Bsdf<'s> {
     /// Whether any lobe is smooth: else neither next-event estimation nor a guide can help.
     #[inline]
     pub fn has_smooth(&self) -> bool {
-        each!(&self.kind, b => is_smooth(b))
+        self.model.smooth()
     }
 
     /// Estimate of the directional-hemispherical albedo from `wo`: the share of energy that all lobes together,
@@ -184,39 +185,67 @@ impl<'s> Bsdf<'s> {
     #[inline]
     pub fn albedo(&self, wo: Vec3) -> Rgb {
         let wo = if self.turned(wo) { mirrored(wo) } else { wo };
-        each!(&self.kind, b => b.albedo(wo)).clamp(Rgb::ZERO, Rgb::ONE)
+        let albedo = match self.diffuse() {
+            Some(b) => b.albedo(wo),
+            None => self.albedo_other(wo),
+        };
+        albedo.clamp(Rgb::ZERO, Rgb::ONE)
     }
 
     /// The reflectance R of a Lambertian surface, f = R/π on the side of `wo` (for a one-sided surface: on its
     /// front); `None` for any other.
     #[inline]
     pub fn lambertian(&self) -> Option<Rgb> {
-        match &self.kind {
-            BsdfKind::Diffuse(d) => Some(d.reflectance),
-            _ => None,
-        }
+        self.diffuse().map(|diffuse| diffuse.reflectance)
     }
 
     /// Lowest roughness alpha of the smooth lobes, at most 1; 1 for diffuse kinds, 0 without smooth lobes.
     #[inline]
     pub fn roughness(&self) -> f32 {
-        each!(&self.kind, b => b.roughness()).min(1.0)
+        self.model.roughness()
     }
 
     #[inline]
     fn turned(&self, wo: Vec3) -> bool {
-        self.turns && wo.z < 0.0
+        self.turns() && wo.z < 0.0
+    }
+
+    /// Whether it scatters to both sides alike.
+    #[inline(always)]
+    fn turns(&self) -> bool {
+        self.model.turns()
+    }
+
+    /// Most of most scenes: it is worth a short way of its own.
+    #[inline]
+    fn diffuse(&self) -> Option<Diffuse> {
+        self.model.is_diffuse().then_some(Diffuse { reflectance: self.colors[0] })
+    }
+
+    #[inline(never)]
+    fn eval_pdf_other(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        each!(self.kind(), b => b.eval_pdf(wo, wi))
+    }
+
+    #[inline(never)]
+    fn sample_other(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
+        each!(self.kind(), b => b.sample(wo, u_lobe, u))
+    }
+
+    #[inline(never)]
+    fn albedo_other(&self, wo: Vec3) -> Rgb {
+        each!(self.kind(), b => b.albedo(wo))
     }
 }
 
-#[inline]
-fn is_opaque<S: Scatter>(_: &S) -> bool {
-    S::OPAQUE
-}
-
-#[inline]
-fn is_smooth<S: Scatter>(_: &S) -> bool {
-    S::SMOOTH
+impl BsdfKind<'_> {
+    /// Whether any lobe is smooth, whether light never crosses, and [`Bsdf::roughness`]: the same for all colours.
+    fn traits(&self) -> (bool, bool, f32) {
+        fn of<S: Scatter>(b: &S) -> (bool, bool, f32) {
+            (S::SMOOTH, S::OPAQUE, b.roughness().min(1.0))
+        }
+        each!(self, b => of(b))
+    }
 }
 
 /// `w` on the other side of the surface.

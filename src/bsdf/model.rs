@@ -1,6 +1,7 @@
 //! From what a scene file says of a material to the BSDF at a point: everything but the colours is prepared once.
 
 use super::microfacet::Microfacet;
+use super::plastic::base_under_coat;
 use super::{
     Bsdf, BsdfKind, CoatTable, CoatTables, Dielectric, Diffuse, DiffuseTransmitter, Metal, Mirror, Null, Plastic,
     Principled, PrincipledLobes, PrincipledParameters, RoughConductor, RoughDielectric, RoughPlastic, SmoothCoat,
@@ -15,7 +16,12 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct BsdfModel {
     model: Model,
-    two_sided: bool,
+    /// Whether any lobe is smooth.
+    smooth: bool,
+    /// Opaque and two-sided: seen from behind, it scatters like its mirror image about the surface.
+    turns: bool,
+    /// As [`Bsdf::roughness`].
+    roughness: f32,
 }
 
 #[derive(Clone, Debug)]
@@ -98,32 +104,78 @@ impl BsdfModel {
             })?)),
             D::Null => Model::Clear(BsdfKind::Null(Null)),
         };
-        Ok(BsdfModel { model, two_sided })
+        let (smooth, opaque, roughness) = model.kind([Rgb::ZERO; 2]).traits();
+        // two-sided means nothing for kinds that let light through
+        Ok(BsdfModel { model, smooth, turns: two_sided && opaque, roughness })
     }
 
     /// The BSDF where the textures of [`color_textures`] have these values.
     #[inline]
     pub fn at(&self, colors: [Rgb; 2]) -> Bsdf<'_> {
-        let color = colors[0];
-        let kind = match &self.model {
+        Bsdf { model: self, colors: if self.is_diffuse() { colors } else { self.model.prepared(colors) } }
+    }
+
+    #[inline(always)]
+    pub(super) fn kind(&self, colors: [Rgb; 2]) -> BsdfKind<'_> {
+        self.model.kind(colors)
+    }
+
+    #[inline(always)]
+    pub(super) fn is_diffuse(&self) -> bool {
+        matches!(self.model, Model::Diffuse)
+    }
+
+    #[inline(always)]
+    pub(super) fn smooth(&self) -> bool {
+        self.smooth
+    }
+
+    #[inline(always)]
+    pub(super) fn turns(&self) -> bool {
+        self.turns
+    }
+
+    #[inline(always)]
+    pub(super) fn roughness(&self) -> f32 {
+        self.roughness
+    }
+}
+
+impl Model {
+    /// What is worth to be computed once for a place.
+    #[inline(never)]
+    fn prepared(&self, [color, other]: [Rgb; 2]) -> [Rgb; 2] {
+        let base = match self {
+            Model::Plastic { coat, nonlinear, .. } => {
+                base_under_coat(color, coat.internal_reflectance, coat.eta, *nonlinear)
+            }
+            Model::RoughPlastic { coat, nonlinear, .. } => {
+                base_under_coat(color, coat.internal_reflectance(), coat.eta(), *nonlinear)
+            }
+            _ => color,
+        };
+        [base, other]
+    }
+
+    /// With the colours of [`Self::prepared`].
+    #[inline(always)]
+    fn kind(&self, [color, other]: [Rgb; 2]) -> BsdfKind<'_> {
+        match self {
             Model::Diffuse => BsdfKind::Diffuse(Diffuse { reflectance: color }),
             Model::DiffuseTransmitter => {
-                BsdfKind::DiffuseTransmitter(DiffuseTransmitter { reflectance: color, transmittance: colors[1] })
+                BsdfKind::DiffuseTransmitter(DiffuseTransmitter { reflectance: color, transmittance: other })
             }
             &Model::Mirror(metal) => BsdfKind::Mirror(Mirror { metal, reflectance: color }),
             &Model::RoughConductor(metal, microfacet) => {
                 BsdfKind::RoughConductor(RoughConductor { metal, reflectance: color, microfacet })
             }
             Model::Clear(kind) => *kind,
-            &Model::Plastic { coat, specular, nonlinear } => {
-                BsdfKind::Plastic(Plastic::new(color, specular, coat, nonlinear))
-            }
-            Model::RoughPlastic { coat, specular, nonlinear } => {
-                BsdfKind::RoughPlastic(RoughPlastic::new(color, *specular, coat, *nonlinear))
+            &Model::Plastic { coat, specular, .. } => BsdfKind::Plastic(Plastic { base: color, specular, coat }),
+            &Model::RoughPlastic { ref coat, specular, .. } => {
+                BsdfKind::RoughPlastic(RoughPlastic { base: color, specular, coat })
             }
             Model::Principled(lobes) => BsdfKind::Principled(Principled { base_color: color, lobes }),
-        };
-        Bsdf::new(kind, self.two_sided)
+        }
     }
 }
 

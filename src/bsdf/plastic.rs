@@ -38,18 +38,14 @@ pub(super) fn base_under_coat(reflectance: Rgb, internal: f32, eta: f32, nonline
 /// A delta reflection F and a base T(cosθo)·T(cosθi)·base/π with T = 1 − F.
 #[derive(Clone, Copy, Debug)]
 pub struct Plastic {
-    base: Rgb,
-    specular: Rgb,
-    coat: SmoothCoat,
+    /// As [`base_under_coat`] gives it.
+    pub base: Rgb,
+    /// Times the coat's reflection.
+    pub specular: Rgb,
+    pub coat: SmoothCoat,
 }
 
 impl Plastic {
-    /// `reflectance` of the base, `specular` times the coat's reflection.
-    pub fn new(reflectance: Rgb, specular: Rgb, coat: SmoothCoat, nonlinear: bool) -> Plastic {
-        let base = base_under_coat(reflectance, coat.internal_reflectance, coat.eta, nonlinear);
-        Plastic { base, specular, coat }
-    }
-
     /// Albedos from wo: of the coat, and of the base.
     fn albedos(&self, wo: Vec3) -> (Rgb, Rgb) {
         let (f, _) = fresnel::dielectric(wo.z, self.coat.eta);

@@ -1,7 +1,6 @@
 //! A diffuse base under a rough dielectric coat.
 
 use super::coat::CoatTable;
-use super::plastic::base_under_coat;
 use super::rough_conductor::{reflection_pdf, sample_reflection};
 use super::{BLACK, BsdfSample, Scatter, choice, fresnel};
 use crate::math::Rgb;
@@ -11,19 +10,14 @@ use glam::Vec3;
 /// A microfacet reflection and a base T(cosθo)·T(cosθi)·base/π, T what enters a rough coat at all.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughPlastic<'s> {
-    base: Rgb,
-    specular: Rgb,
-    coat: &'s CoatTable,
+    /// As `base_under_coat` gives it.
+    pub base: Rgb,
+    /// Times the coat's reflection.
+    pub specular: Rgb,
+    pub coat: &'s CoatTable,
 }
 
-impl<'s> RoughPlastic<'s> {
-    /// `reflectance` of the base, `specular` times the coat's reflection.
-    #[inline]
-    pub fn new(reflectance: Rgb, specular: Rgb, coat: &'s CoatTable, nonlinear: bool) -> RoughPlastic<'s> {
-        let base = base_under_coat(reflectance, coat.internal_reflectance(), coat.eta(), nonlinear);
-        RoughPlastic { base, specular, coat }
-    }
-
+impl RoughPlastic<'_> {
     /// Albedos from wo: of the coat, and of the base.
     fn albedos(&self, wo: Vec3) -> (Rgb, Rgb) {
         let entering = self.coat.transmittance(wo.z) * self.coat.mean_transmittance();

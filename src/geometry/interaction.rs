@@ -2,6 +2,7 @@
 
 use super::{Frame, Mesh, Placement};
 use crate::embree::Hit;
+use crate::math::lanes::normalize_or;
 use glam::Vec3;
 
 /// A point on a surface, in world space.
@@ -17,7 +18,7 @@ pub struct SurfaceInteraction {
     pub uv: [f32; 2],
     pub material: u32,
     /// How far rays start from the surface: more than `p` can be wrong by rounding.
-    offset: f32,
+    pub(super) offset: f32,
 }
 
 /// Rounding of the interpolated point and of Embree's test, relative to the largest coordinate of the triangle:
@@ -28,20 +29,13 @@ impl SurfaceInteraction {
     /// The point of `hit` on `mesh`, met by a ray that leaves towards `wo`.
     #[inline]
     pub fn new(mesh: &Mesh, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
-        let corners = mesh.corners(hit.primitive as usize);
-        let normals = corner_normals(mesh, hit);
-        let extent = extent(corners).max_element();
-        Triangle { corners, normals, winding: hit.ng.normalize(), extent }.at(mesh, hit, wo)
+        Facet::of(mesh, hit, wo).point().on(mesh, hit)
     }
 
     /// The point of `hit` on an instance of `mesh`. It is what the same hit on a copy of the mesh in the world would
     /// give: corners and normals are moved first and interpolated then.
     pub fn placed(mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
-        let own = mesh.corners(hit.primitive as usize);
-        let corners = own.map(|p| placement.point(p));
-        let normals = corner_normals(mesh, hit).map(|normals| normals.map(|n| placement.normal(n)));
-        let extent = placement.reach(extent(own));
-        Triangle { corners, normals, winding: placement.normal(hit.ng), extent }.at(mesh, hit, wo)
+        Facet::placed(mesh, placement, hit, wo).point().on(mesh, hit)
     }
 
     /// Where a ray towards the unit direction `w` starts.
@@ -64,57 +58,92 @@ impl SurfaceInteraction {
     }
 }
 
-/// The triangle that was hit, in world space, its corners in the mesh's order.
-struct Triangle {
-    corners: [Vec3; 3],
-    normals: Option<[Vec3; 3]>,
-    /// Unit, by the winding in the mesh.
-    winding: Vec3,
-    /// What the rounding of its points is relative to.
-    extent: f32,
+/// A triangle that was hit, in world space: what the point on it follows from by arithmetic alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facet {
+    /// In the mesh's order.
+    pub corners: [Vec3; 3],
+    /// Of the corners; zero where there are none.
+    pub normals: [Vec3; 3],
+    /// By the winding in the mesh, of any length.
+    pub winding: Vec3,
+    /// Barycentric weights of the second and third corner.
+    pub weights: [f32; 2],
+    /// What the rounding of its points is relative to, where that is more than the largest coordinate of the corners.
+    pub reach: f32,
+    /// Unit, to where the ray came from.
+    pub wo: Vec3,
 }
 
-impl Triangle {
+/// Where the ray met it.
+pub(super) struct Point {
+    pub p: Vec3,
+    pub ng: Vec3,
+    pub frame: Frame,
+    /// Cosine between `wo` and the side from which the corners run counter-clockwise.
+    pub facing: f32,
+    pub offset: f32,
+}
+
+impl Facet {
+    fn of(mesh: &Mesh, hit: &Hit, wo: Vec3) -> Facet {
+        let corners = mesh.corners(hit.primitive as usize);
+        let normals = corner_normals(mesh, hit).unwrap_or_default();
+        Facet { corners, normals, winding: hit.ng, weights: [hit.u, hit.v], reach: 0.0, wo }
+    }
+
+    pub fn placed(mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) -> Facet {
+        let own = mesh.corners(hit.primitive as usize);
+        let corners = own.map(|p| placement.point(p));
+        let normals = corner_normals(mesh, hit).map(|normals| normals.map(|n| placement.normal(n)));
+        let reach = placement.reach(extent(own));
+        let winding = placement.normal(hit.ng);
+        Facet { corners, normals: normals.unwrap_or_default(), winding, weights: [hit.u, hit.v], reach, wo }
+    }
+
+    /// Without a jump, so that a loop over many runs in vectors.
     #[inline(always)]
-    fn at(self, mesh: &Mesh, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
-        let Triangle { corners: [a, b, c], normals, winding, extent } = self;
-        let (triangle, u, v) = (hit.primitive as usize, hit.u, hit.v);
+    pub fn point(&self) -> Point {
+        let Facet { corners: [a, b, c], normals, winding, weights: [u, v], reach, wo } = *self;
         let w = 1.0 - u - v;
+        let winding = normalize_or(winding, Vec3::ZERO);
         let (ng, ns) = shading(normals, [w, u, v], winding, wo);
-        SurfaceInteraction {
+        Point {
             p: a * w + b * u + c * v,
             ng,
             frame: Frame::from_normal(ns),
-            front: winding.dot(wo) > 0.0,
-            uv: mesh.uv(triangle, u, v),
-            material: mesh.materials[triangle],
-            offset: extent * RELATIVE_OFFSET,
+            facing: winding.dot(wo),
+            offset: extent([a, b, c]).max_element().max(reach) * RELATIVE_OFFSET,
         }
     }
 }
 
-#[inline]
+impl Point {
+    fn on(self, mesh: &Mesh, hit: &Hit) -> SurfaceInteraction {
+        let Point { p, ng, frame, facing, offset } = self;
+        let triangle = hit.primitive as usize;
+        let (uv, material) = (mesh.uv(triangle, hit.u, hit.v), mesh.materials[triangle]);
+        SurfaceInteraction { p, ng, frame, front: facing > 0.0, uv, material, offset }
+    }
+}
+
+#[inline(always)]
 fn extent([a, b, c]: [Vec3; 3]) -> Vec3 {
     a.abs().max(b.abs()).max(c.abs())
 }
 
-#[inline]
-fn corner_normals(mesh: &Mesh, hit: &Hit) -> Option<[Vec3; 3]> {
-    let normals = mesh.normals.as_ref()?.corners(&mesh.triangles, hit.primitive as usize)?;
-    Some(normals.map(Vec3::from))
+#[inline(always)]
+pub(super) fn corner_normals(mesh: &Mesh, hit: &Hit) -> Option<[Vec3; 3]> {
+    let [a, b, c] = mesh.normals.as_ref()?.corners(&mesh.triangles, hit.primitive as usize)?;
+    Some([Vec3::from(a), Vec3::from(b), Vec3::from(c)])
 }
 
 /// Geometric and shading normal. A shading normal that is turned away from a viewer who sees the triangle's
 /// other side gives way to the triangle's own.
-#[inline]
-fn shading(normals: Option<[Vec3; 3]>, weights: [f32; 3], winding: Vec3, wo: Vec3) -> (Vec3, Vec3) {
-    let Some([a, b, c]) = normals else {
-        return (winding, winding);
-    };
-    let interpolated = a * weights[0] + b * weights[1] + c * weights[2];
-    let Some(ns) = interpolated.try_normalize() else {
-        return (winding, winding);
-    };
+#[inline(always)]
+fn shading([a, b, c]: [Vec3; 3], weights: [f32; 3], winding: Vec3, wo: Vec3) -> (Vec3, Vec3) {
+    // zero where there are no normals, or where they cancel: then all below is on the winding's side
+    let ns = normalize_or(a * weights[0] + b * weights[1] + c * weights[2], Vec3::ZERO);
     let ng = if winding.dot(ns) < 0.0 { -winding } else { winding };
-    if wo.dot(ng) * wo.dot(ns) > 0.0 { (ng, ns) } else { (ng, ng) }
+    (ng, if wo.dot(ng) * wo.dot(ns) > 0.0 { ns } else { ng })
 }

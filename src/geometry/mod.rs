@@ -4,8 +4,10 @@ pub mod frame;
 pub mod interaction;
 pub mod mesh;
 pub mod placement;
+pub mod surfaces;
 
 pub use frame::Frame;
 pub use interaction::SurfaceInteraction;
 pub use mesh::{Attribute, Indices, Mesh};
 pub use placement::Placement;
+pub use surfaces::Surfaces;

@@ -70,10 +70,15 @@ impl Radiance {
     ) -> Radiance {
         let view = seen.state(guide).and_then(|key| guide.view(key));
         let normal = view.as_ref().and_then(StateView::normal).unwrap_or(seen.normal());
+        let summary = seen.state(guide).and_then(|key| guide.field().summary(key));
+        let summary = summary.filter(|_| Mixture::guides(&seen.bsdf, false));
+        let distribution = summary.map(|summary| guide.field().distribution(summary, seen.normal()));
+        let fraction = summary.map_or(1.0, |summary| summary.bsdf_fraction);
         let tracer = Tracer {
             integrator: PathIntegrator { scene, settings, guide: None, seed, features: false },
             seen,
-            mixture: mixture(guide, seen),
+            // what paths go on by at the point, as the guide now is
+            mixture: Mixture::new(&seen.bsdf, distribution.as_ref(), fraction),
             frame: Frame::from_normal(normal),
             samples,
         };
@@ -156,14 +161,6 @@ impl Tracer<'_> {
         let ray = Ray { org: si.spawn(dir), dir, tfar: f32::INFINITY };
         (pdf > 0.0).then_some(Start { ray, pdf: Some(pdf), rng })
     }
-}
-
-/// What paths go on by at the point, as the guide now is.
-fn mixture<'a>(guide: &'a Guide, seen: &'a Seen<'a>) -> Mixture<'a> {
-    let summary = seen.state(guide).and_then(|key| guide.field().summary(key));
-    let summary = summary.filter(|_| Mixture::guides(&seen.bsdf, false));
-    let distribution = summary.map(|summary| guide.field().distribution(summary, seen.normal()));
-    Mixture::new(&seen.bsdf, distribution, summary.map_or(1.0, |summary| summary.bsdf_fraction))
 }
 
 /// A point of bin `k` in the unit square.

@@ -15,9 +15,10 @@ const MIN_GUIDED_ROUGHNESS: f32 = 0.3;
 const MIN_PRODUCT_ROUGHNESS: f32 = 0.05;
 
 /// How directions are chosen at one vertex.
+#[derive(Clone, Copy)]
 pub struct Mixture<'a> {
     bsdf: &'a Bsdf<'a>,
-    guide: Option<GuidingDistribution<'a>>,
+    guide: Option<&'a GuidingDistribution<'a>>,
     /// Probability of sampling the BSDF; 1 without a guide.
     bsdf_fraction: f32,
 }
@@ -44,7 +45,7 @@ pub struct Densities {
 impl<'a> Mixture<'a> {
     /// `guide` is what the state knows, `bsdf_fraction` the share that the BSDF keeps where there is a guide.
     #[inline]
-    pub fn new(bsdf: &'a Bsdf<'a>, guide: Option<GuidingDistribution<'a>>, bsdf_fraction: f32) -> Mixture<'a> {
+    pub fn new(bsdf: &'a Bsdf<'a>, guide: Option<&'a GuidingDistribution<'a>>, bsdf_fraction: f32) -> Mixture<'a> {
         let bsdf_fraction = if guide.is_some() { bsdf_fraction } else { 1.0 };
         Mixture { bsdf, guide, bsdf_fraction }
     }
@@ -73,7 +74,7 @@ impl<'a> Mixture<'a> {
 
     #[inline]
     fn densities(&self, bsdf: f32, wi: Vec3) -> Densities {
-        let Some(guide) = &self.guide else { return Densities { mixture: bsdf, bsdf, guide: -1.0 } };
+        let Some(guide) = self.guide else { return Densities { mixture: bsdf, bsdf, guide: -1.0 } };
         let guide = guide.pdf(wi);
         Densities { mixture: self.bsdf_fraction * bsdf + (1.0 - self.bsdf_fraction) * guide, bsdf, guide }
     }
@@ -81,7 +82,7 @@ impl<'a> Mixture<'a> {
     /// Draws a direction. `wo` is in the shading frame. `None` where the path ends.
     #[inline]
     pub fn sample(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
-        let Some(guide) = self.guide.as_ref().filter(|_| rng.f32() >= self.bsdf_fraction) else {
+        let Some(guide) = self.guide.filter(|_| rng.f32() >= self.bsdf_fraction) else {
             return self.sample_bsdf(si, wo, rng);
         };
         let wi = guide.sample(rng.f64(), rng.f32x2());

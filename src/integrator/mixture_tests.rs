@@ -114,10 +114,12 @@ impl Vertex {
         Vertex { wo: si.frame.to_local(wo_world), si, guide, summary }
     }
 
-    fn mixture<'a>(&'a self, bsdf: &'a Bsdf<'a>, fraction: f32) -> Mixture<'a> {
-        let guide =
-            Mixture::guides(bsdf, false).then(|| self.guide.field().distribution(&self.summary, self.si.frame.n));
-        Mixture::new(bsdf, guide, fraction)
+    fn guide(&self) -> GuidingDistribution<'_> {
+        self.guide.field().distribution(&self.summary, self.si.frame.n)
+    }
+
+    fn mixture<'a>(&self, bsdf: &'a Bsdf<'a>, guide: &'a GuidingDistribution<'a>, fraction: f32) -> Mixture<'a> {
+        Mixture::new(bsdf, Some(guide).filter(|_| Mixture::guides(bsdf, false)), fraction)
     }
 
     /// `wrong` turns what the density is asked for; nothing for the truth.
@@ -142,7 +144,7 @@ fn directions_follow_the_density_of_the_whole_mixture() {
         let bsdf = model.at(COLORS);
         for fraction in fractions {
             let vertex = Vertex::random(table, &mut rng);
-            let mixture = vertex.mixture(&bsdf, fraction);
+            let mixture = vertex.mixture(&bsdf, &vertex.guide(), fraction);
             assert!(mixture.guide.is_some());
             let report = vertex.chi2(&mixture, &mut rng, |wi| wi);
             assert!(report.passes(level), "{name}, {table:?}, BSDF share {fraction}: {report}");
@@ -160,7 +162,7 @@ fn another_share_of_the_bsdf_is_another_density() {
     let model = diffuse();
     let bsdf = model.at(COLORS);
     let vertex = Vertex::random(DirectionTable::Tree, &mut rng);
-    let (truth, lie) = (vertex.mixture(&bsdf, 0.3), vertex.mixture(&bsdf, 0.4));
+    let (truth, lie) = (vertex.mixture(&bsdf, &vertex.guide(), 0.3), vertex.mixture(&bsdf, &vertex.guide(), 0.4));
     let test = DirectionTest { samples: 60_000, ..DirectionTest::new(Domain::Sphere) };
     let sample = || truth.sample(&vertex.si, vertex.wo, &mut rng).map(|s| s.wi);
     let report = test.run(sample, |wi| {
@@ -178,7 +180,7 @@ fn weights_are_value_over_density() {
         let bsdf = model.at(COLORS);
         for fraction in [0.05, 0.3, 1.0] {
             let vertex = Vertex::random(table, &mut rng);
-            let mixture = vertex.mixture(&bsdf, fraction);
+            let mixture = vertex.mixture(&bsdf, &vertex.guide(), fraction);
             for _ in 0..500 {
                 let Some(s) = mixture.sample(&vertex.si, vertex.wo, &mut rng) else { continue };
                 let Some(drawn) = s.pdf else { continue };
@@ -201,7 +203,7 @@ fn delta_lobes_keep_their_light_whatever_the_share() {
     let bsdf = model.at(COLORS);
     let vertex = Vertex::random(DirectionTable::Tree, &mut rng);
     let reflected = |fraction: f32, rng: &mut Rng| {
-        let mixture = vertex.mixture(&bsdf, fraction);
+        let mixture = vertex.mixture(&bsdf, &vertex.guide(), fraction);
         let n = 100_000;
         let values: Vec<f64> = (0..n)
             .map(|_| mixture.sample(&vertex.si, vertex.wo, rng).filter(|s| s.pdf.is_none()))
@@ -221,7 +223,7 @@ fn sharp_lobes_are_left_to_their_own_sampling() {
     for (alpha, guided) in [(0.1, false), (0.29, false), (0.31, true)] {
         let model = metal(alpha);
         let bsdf = model.at(COLORS);
-        let mixture = vertex.mixture(&bsdf, 0.3);
+        let mixture = vertex.mixture(&bsdf, &vertex.guide(), 0.3);
         assert_eq!((mixture.guide.is_some(), mixture.bsdf_fraction), (guided, if guided { 0.3 } else { 1.0 }));
     }
 }

@@ -3,19 +3,19 @@
 mod guided;
 mod light;
 mod outcome;
+mod packet;
+mod shade;
 
-use super::backup::{Arrival, Edge};
+use super::backup::Arrival;
 use super::batch::{Batch, BatchResult, Continuation, Counters, Task, Wave};
-use super::mixture::Mixture;
 use super::probe::{Cast, Probe, Stage};
 use super::roulette::Efficiency;
 use crate::embree::{Coherence, Ray};
 use crate::film::tile::{Features, Tile};
 use crate::guiding::Field;
-use crate::math::{Rgb, luminance, rng::Rng};
+use crate::math::{Rgb, rng::Rng};
 use crate::scene::Scene;
 use crate::scene::description::{GuidingSettings, IntegratorSettings};
-use guided::edge;
 use std::time::{Duration, Instant};
 
 /// Everything a batch reads and nothing it writes.
@@ -151,7 +151,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             let coherence = if depth == 1 { Coherence::Coherent } else { Coherence::Incoherent };
             self.counters.rays += self.batch.wave.rays.len() as u64;
             self.trace(depth, coherence);
-            self.shade_wave(depth);
+            self.shade_wave(depth as u32);
             self.counters.shadow_rays += self.batch.shadow_rays.len() as u64;
             self.trace_shadows(depth);
             self.add_next_events(depth);
@@ -180,95 +180,6 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let Task { tile, first_sample, .. } = *self.task;
         let corner = tile.y * self.integrator.scene.camera.width + tile.x;
         Rng::for_path(!self.integrator.seed, corner, first_sample)
-    }
-
-    fn shade_wave(&mut self, depth: usize) {
-        self.probe.stage(Stage::Shade);
-        self.batch.shadow_rays.clear();
-        self.batch.next_events.clear();
-        self.batch.next.clear();
-        for i in 0..self.batch.wave.rays.len() {
-            self.shade(i, depth as u32);
-        }
-    }
-
-    /// One vertex of path `i`: what arrives there counts, light is asked for, and where the path goes on, its next
-    /// ray joins the next wave. The order of the steps is that of the light transport equation read from the left:
-    /// emission, direct light, then the rest.
-    #[inline]
-    fn shade(&mut self, i: usize, depth: u32) {
-        let PathIntegrator { scene, settings, .. } = *self.integrator;
-        let ray = self.batch.wave.rays.ray(i);
-        let (slot, throughput, pdf) = {
-            let p = &self.batch.wave.paths;
-            (p.slot[i], p.throughput[i], p.pdf[i])
-        };
-
-        // The ray left the scene: only an environment is there to be seen.
-        let Some(hit) = self.batch.wave.rays.hit(i) else {
-            let le = self.weigh_environment(ray.dir, pdf);
-            self.batch.radiance[slot as usize] += throughput * le;
-            self.log(i, depth, le, None);
-            return;
-        };
-        let wo_world = -ray.dir;
-        let si = scene.interaction(&hit, wo_world);
-
-        // Emission, weighted against the chance that next-event estimation had of drawing this direction.
-        let le = self.weigh_emission(&hit, &si, &ray, pdf);
-        self.batch.radiance[slot as usize] += throughput * le;
-
-        let bsdf = scene.bsdf(&si);
-        let wo = si.frame.to_local(wo_world);
-        if depth == 1 && self.integrator.features {
-            let normal = si.facing(wo_world);
-            self.batch.features[slot as usize] = Features { albedo: bsdf.albedo(wo), normal, depth: hit.t };
-        }
-        if depth >= settings.max_depth {
-            self.log(i, depth, le, None);
-            return;
-        }
-
-        // What the guide knows of this state.
-        let mut rng = self.batch.wave.paths.rng[i];
-        let guided = self.ask_the_guide(&si, wo_world, &bsdf);
-        let summary = guided.as_ref().and_then(|g| g.summary);
-        self.log(i, depth, le, self.expectation(summary, &bsdf));
-        let mixture = self.mixture(&si, wo, &bsdf, guided.as_ref());
-
-        self.probe.step(Stage::NextEvent);
-        if settings.next_event && bsdf.has_smooth() {
-            self.ask_a_light(&si, wo, &mixture, slot, throughput, depth, &mut rng);
-        }
-
-        // The next direction, or several.
-        self.probe.step(Stage::Shade);
-        let albedo = bsdf.albedo(wo);
-        let analog = self.batch.wave.paths.analog[i] * albedo.max_element();
-        let guides = Mixture::guides(&bsdf, false);
-        let paths = self.paths(summary, guides, luminance(throughput * albedo), analog, slot, depth);
-        let count = paths as u32 + (rng.f32() < paths.fract()) as u32;
-        for k in 0..count {
-            let mut rng = if k == 0 { rng } else { Rng::new(((rng.next_u32() as u64) << 32) | k as u64) };
-            let Some(next) = mixture.sample(&si, wo, &mut rng) else { continue };
-            let weight = next.weight / paths;
-            let arrival = self.learn.then(|| Arrival {
-                parent: self.batch.vertices[depth as usize - 1].len() as u32 - 1,
-                weight,
-                edge: edge(guided.as_ref(), &next, luminance(albedo))
-                    .map(|e| Edge { scattered: if guides { e.scattered } else { 0.0 }, ..e }),
-            });
-            let b = &mut self.batch.next;
-            b.rays.push(&Ray { org: si.spawn(next.wi), dir: next.wi, tfar: f32::INFINITY });
-            b.paths.push(Continuation {
-                slot,
-                throughput: throughput * weight,
-                rng,
-                pdf: next.pdf.map(|pdf| pdf.mixture),
-                analog: analog / paths,
-                arrival,
-            });
-        }
     }
 }
 

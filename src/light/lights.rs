@@ -1,7 +1,7 @@
 //! All lights of a scene, and the one sampler over them.
 
 use super::choice::PowerChoice;
-use super::triangle::{AreaLight, EmissiveTriangle};
+use super::triangle::{AreaLight, EmissiveTriangle, View};
 use super::{Light, LightSample, wide_luminance};
 use crate::math::{Rgb, warp};
 use crate::{Error, Result};
@@ -66,22 +66,42 @@ impl Lights {
     /// `None` where the chosen light sends nothing to `p`: that sample counts as zero.
     pub fn sample(&self, p: Vec3, u_choice: f64, u: [f32; 2]) -> Option<LightSample> {
         let (index, rest) = self.choice.choose(u_choice)?;
-        let pmf = self.choice.pmf(index);
-        let sample = match index.checked_sub(self.triangles.len()) {
-            None => self.sample_triangle(index, p, u),
-            Some(k) => match &self.others[k] {
-                Light::Point { position, intensity } => sample_point(p, *position, *intensity, pmf),
-                Light::Directional { direction, irradiance } => Some(far_sample(-*direction, *irradiance, pmf, true)),
-                Light::Constant { radiance } => {
-                    let wi = warp::square_to_uniform_sphere(u);
-                    Some(self.with_others(k, wi, *radiance, pmf * warp::UNIFORM_SPHERE_PDF))
-                }
-                Light::Environment(environment) => {
-                    environment.sample(rest, u).map(|(wi, radiance, pdf)| self.with_others(k, wi, radiance, pmf * pdf))
-                }
-            },
+        if index < self.triangles.len() { usable(self.sample_triangle(index, p, u)) } else { self.sample_other(index, rest, p, u) }
+    }
+
+    /// A light and what is left of `u_choice`.
+    #[inline]
+    pub(super) fn choose(&self, u_choice: f64) -> Option<(usize, f64)> {
+        self.choice.choose(u_choice)
+    }
+
+    /// Probability that the light `index` is chosen.
+    #[inline]
+    pub(super) fn pmf(&self, index: usize) -> f32 {
+        self.choice.pmf(index)
+    }
+
+    /// The light `index` of the choice, where it is a triangle.
+    #[inline]
+    pub(super) fn triangle(&self, index: usize) -> Option<&AreaLight> {
+        self.triangles.get(index)
+    }
+
+    /// [`Self::sample`] where the choice has fallen on a light that is no triangle.
+    pub(super) fn sample_other(&self, index: usize, rest: f64, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+        let (k, pmf) = (index - self.triangles.len(), self.choice.pmf(index));
+        let sample = match &self.others[k] {
+            Light::Point { position, intensity } => sample_point(p, *position, *intensity, pmf),
+            Light::Directional { direction, irradiance } => Some(far_sample(-*direction, *irradiance, pmf, true)),
+            Light::Constant { radiance } => {
+                let wi = warp::square_to_uniform_sphere(u);
+                Some(self.with_others(k, wi, *radiance, pmf * warp::UNIFORM_SPHERE_PDF))
+            }
+            Light::Environment(environment) => {
+                environment.sample(rest, u).map(|(wi, radiance, pdf)| self.with_others(k, wi, radiance, pmf * pdf))
+            }
         };
-        sample.filter(|s| s.pdf > 0.0 && s.pdf.is_finite() && s.radiance.is_finite())
+        sample.and_then(usable)
     }
 
     /// Radiance that the triangle `light` (from [`Self::triangle_light`]) sends along `wo`, unit, away from it.
@@ -133,24 +153,18 @@ impl Lights {
         far_sample(wi, radiance, pdf, false)
     }
 
-    fn sample_triangle(&self, index: usize, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+    fn sample_triangle(&self, index: usize, p: Vec3, u: [f32; 2]) -> LightSample {
         let light = &self.triangles[index];
-        // where `p` is behind, the density is 0 and the sample is dropped
-        let surface = light.sample(u);
-        let to_light = (surface.point - p).as_dvec3();
-        let distance = to_light.length();
-        if !(distance > 0.0 && distance.is_finite()) {
-            return None;
-        }
-        Some(LightSample {
-            wi: (to_light / distance).as_vec3(),
-            distance: distance as f32,
-            radiance: light.emitted(),
-            pdf: self.chosen(index, light.pdf_along(to_light, distance)),
-            delta: false,
-            surface: Some(surface),
-        })
+        let View { surface, wi, distance, pdf } = light.sample_from(p, u);
+        let pdf = self.chosen(index, pdf);
+        LightSample { wi, distance, radiance: light.emitted(), pdf, delta: false, surface: Some(surface) }
     }
+}
+
+/// A sample that can be weighed.
+#[inline(always)]
+pub(super) fn usable(sample: LightSample) -> Option<LightSample> {
+    (sample.pdf > 0.0 && sample.pdf.is_finite() && sample.radiance.is_finite()).then_some(sample)
 }
 
 /// Luminance of the power in W; `section`: πR² of the scene.

@@ -7,12 +7,14 @@
 mod choice;
 mod environment;
 mod lights;
+mod samples;
 #[cfg(test)]
 mod tests;
 mod triangle;
 
 pub use environment::Environment;
 pub use lights::Lights;
+pub use samples::LightSamples;
 pub use triangle::EmissiveTriangle;
 
 use crate::embree::Ray;

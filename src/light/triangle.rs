@@ -20,16 +20,27 @@ pub struct EmissiveTriangle {
 }
 
 /// An emissive triangle, ready to be sampled.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct AreaLight {
-    origin: Vec3,
-    edges: [Vec3; 2],
+    pub(super) origin: Vec3,
+    pub(super) edges: [Vec3; 2],
     /// Unit, by the winding.
-    normal: Vec3,
+    pub(super) normal: Vec3,
     /// m²; double precision, so that no triangle is too small.
-    area: f64,
-    radiance: Rgb,
-    two_sided: bool,
+    pub(super) area: f64,
+    pub(super) radiance: Rgb,
+    pub(super) two_sided: bool,
+}
+
+/// A point on an emissive triangle as it is seen from the lit point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    pub surface: LightPoint,
+    /// Unit, to the light; undefined where `pdf` is 0.
+    pub wi: Vec3,
+    pub distance: f32,
+    /// Per steradian there, the choice of the light left out; 0 where nothing arrives.
+    pub pdf: f64,
 }
 
 impl AreaLight {
@@ -62,10 +73,22 @@ impl AreaLight {
     }
 
     /// A point, uniform by area.
+    #[inline(always)]
     pub fn sample(&self, u: [f32; 2]) -> LightPoint {
         let [b1, b2] = warp::square_to_triangle(u);
         let point = self.origin + self.edges[0] * b1 + self.edges[1] * b2;
         LightPoint { point, normal: self.normal }
+    }
+
+    /// A point, and how it is seen from `p`. Without a jump, so that a loop over many runs in vectors.
+    #[inline(always)]
+    pub fn sample_from(&self, p: Vec3, u: [f32; 2]) -> View {
+        let surface = self.sample(u);
+        let to_light = (surface.point - p).as_dvec3();
+        let distance = to_light.length();
+        // where `p` is behind the light, or on it, the density is 0
+        let pdf = self.pdf_along(to_light, distance);
+        View { surface, wi: (to_light / distance).as_vec3(), distance: distance as f32, pdf }
     }
 
     /// Density per steradian, seen from `p`, of the point `y` drawn uniformly by area: d²/(A·cosθ), with θ at the light.
@@ -76,8 +99,8 @@ impl AreaLight {
     }
 
     /// [`Self::pdf`] where the way to the point and its length are known: d²/(A·cosθ) is d³/(A·d·cosθ).
-    #[inline]
-    pub fn pdf_along(&self, to_light: DVec3, distance: f64) -> f64 {
+    #[inline(always)]
+    fn pdf_along(&self, to_light: DVec3, distance: f64) -> f64 {
         let facing = self.emitting_cosine(-to_light.dot(self.normal.as_dvec3()));
         let pdf = distance * distance * distance / (self.area * facing);
         if facing > 0.0 && pdf <= f32::MAX as f64 { pdf } else { 0.0 }
@@ -93,6 +116,7 @@ impl AreaLight {
         if self.emitting_cosine(self.normal.dot(wo) as f64) > 0.0 { self.radiance } else { Rgb::ZERO }
     }
 
+    #[inline(always)]
     fn emitting_cosine(&self, cos: f64) -> f64 {
         if self.two_sided { cos.abs() } else { cos }
     }

@@ -1,6 +1,7 @@
-//! Numbers: colours, warps from the unit square, random numbers, discrete distributions.
+//! Numbers: colours, warps from the unit square, random numbers, discrete distributions, numbers side by side.
 
 pub mod alias;
+pub mod lanes;
 pub mod rng;
 pub mod warp;
 
@@ -20,5 +21,6 @@ pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// The largest `f64` below 1.
 pub const ONE_MINUS_EPSILON_F64: f64 = 1.0 - f64::EPSILON / 2.0;
+
 #[cfg(test)]
 mod tests;

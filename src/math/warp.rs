@@ -10,17 +10,13 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 #[inline]
 pub fn square_to_disk(u: [f32; 2]) -> Vec2 {
     let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    if x == 0.0 && y == 0.0 {
-        return Vec2::ZERO;
-    }
-    // the angle from the nearer axis: there short polynomials do, without a call
-    if x * x > y * y {
-        let (sin, cos) = sin_cos_eighth(FRAC_PI_4 * (y / x));
-        Vec2::new(x * cos, x * sin)
-    } else {
-        let (sin, cos) = sin_cos_eighth(FRAC_PI_4 * (x / y));
-        Vec2::new(y * sin, y * cos)
-    }
+    // the angle from the nearer axis: there short polynomials do, without a call; and choices instead of jumps, which
+    // would be guessed wrong every other time
+    let wide = x * x > y * y;
+    let (major, minor) = if wide { (x, y) } else { (y, x) };
+    let ratio = if major == 0.0 { 0.0 } else { minor / major };
+    let (sin, cos) = sin_cos_eighth(FRAC_PI_4 * ratio);
+    if wide { Vec2::new(major * cos, major * sin) } else { Vec2::new(major * sin, major * cos) }
 }
 
 /// Sine and cosine on [−π/4, π/4] to 10⁻⁷ in single precision, by the polynomials of Moshier's Cephes library (1989,

@@ -1,7 +1,7 @@
 //! Meshes that stand in many places.
 
 use crate::embree::Hit;
-use crate::geometry::{Mesh, Placement, SurfaceInteraction};
+use crate::geometry::{Mesh, Placement, SurfaceInteraction, Surfaces};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::Arc;
@@ -50,9 +50,26 @@ impl Instances {
     /// The surface point of a hit on an instance.
     #[inline(never)]
     pub fn interaction(&self, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
+        let (mesh, placement) = self.placed(hit);
+        SurfaceInteraction::placed(mesh, placement, hit, wo)
+    }
+
+    /// Adds it to a packet's.
+    #[inline(never)]
+    pub fn meet(&self, hit: &Hit, wo: Vec3, surfaces: &mut Surfaces) {
+        let (mesh, placement) = self.placed(hit);
+        surfaces.push_placed(mesh, placement, hit, wo);
+    }
+
+    /// The mesh that was hit.
+    pub fn mesh(&self, hit: &Hit) -> &Mesh {
+        self.placed(hit).0
+    }
+
+    /// The mesh that was hit, and where it stands.
+    fn placed(&self, hit: &Hit) -> (&Mesh, &Placement) {
         let place = self.place(hit);
-        let mesh = &self.groups[place.group][hit.geometry as usize];
-        SurfaceInteraction::placed(mesh, &place.placement, hit, wo)
+        (&self.groups[place.group][hit.geometry as usize], &place.placement)
     }
 
     /// Number of the surface that a hit on an instance is on.

@@ -13,17 +13,13 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Material {
     model: BsdfModel,
-    colors: [Color; 2],
+    /// Constant colours; those of textures stand in `maps`, and here black.
+    colors: [Rgb; 2],
+    textured: bool,
+    maps: [Option<TextureMap>; 2],
     opacity: Opacity,
     emission: Rgb,
     emission_two_sided: bool,
-}
-
-/// A colour, textures loaded.
-#[derive(Clone, Copy, Debug)]
-enum Color {
-    Constant(Rgb),
-    Image(TextureMap),
 }
 
 /// The share of light that is stopped, textures loaded.
@@ -42,12 +38,12 @@ impl Material {
         cache: &mut TextureCache,
         coats: &mut CoatTables,
     ) -> Result<Material> {
-        let mut colors = [Color::Constant(Rgb::ZERO); 2];
-        for (slot, texture) in colors.iter_mut().zip(color_textures(&description.bsdf)) {
+        let (mut colors, mut maps) = ([Rgb::ZERO; 2], [None; 2]);
+        for (k, texture) in color_textures(&description.bsdf).into_iter().enumerate() {
             match texture {
                 None => {}
-                Some(ColorTexture::Constant(color)) => *slot = Color::Constant(*color),
-                Some(ColorTexture::Image(image)) => *slot = Color::Image(cache.resolve(image)?),
+                Some(ColorTexture::Constant(color)) => colors[k] = *color,
+                Some(ColorTexture::Image(image)) => maps[k] = Some(cache.resolve(image)?),
             }
         }
         let opacity = match &description.opacity {
@@ -59,6 +55,8 @@ impl Material {
         Ok(Material {
             model: BsdfModel::new(&description.bsdf, description.two_sided, coats)?,
             colors,
+            textured: maps.iter().any(Option::is_some),
+            maps,
             opacity,
             emission: description.emission,
             emission_two_sided: description.emission_two_sided,
@@ -68,10 +66,13 @@ impl Material {
     /// The BSDF at the texture coordinates `uv`.
     #[inline]
     pub fn bsdf(&self, textures: &[Texture], uv: [f32; 2]) -> Bsdf<'_> {
-        self.model.at(self.colors.map(|color| match color {
-            Color::Constant(color) => color,
-            Color::Image(map) => map.color(textures, uv),
-        }))
+        self.model.at(if self.textured { self.textured_colors(textures, uv) } else { self.colors })
+    }
+
+    #[inline(never)]
+    fn textured_colors(&self, textures: &[Texture], uv: [f32; 2]) -> [Rgb; 2] {
+        let color = |k: usize| self.maps[k].map_or(self.colors[k], |map| map.color(textures, uv));
+        [color(0), color(1)]
     }
 
     /// Radiance emitted to the front, or to the back.

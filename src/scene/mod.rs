@@ -15,7 +15,7 @@ pub use camera::Camera;
 
 use crate::bsdf::Bsdf;
 use crate::embree::{self, Hit, Ray};
-use crate::geometry::{Mesh, SurfaceInteraction};
+use crate::geometry::{Mesh, SurfaceInteraction, Surfaces};
 use crate::light::Lights;
 use crate::math::Rgb;
 use glam::Vec3;
@@ -56,6 +56,15 @@ impl Scene {
         SurfaceInteraction::new(&self.meshes[hit.geometry as usize], hit, wo)
     }
 
+    /// Adds the point of a hit, seen from `wo`, to a packet's.
+    #[inline]
+    pub fn meet(&self, hit: &Hit, wo: Vec3, surfaces: &mut Surfaces) {
+        if hit.instance != NO_INSTANCE {
+            return self.instances.meet(hit, wo, surfaces);
+        }
+        surfaces.push(&self.meshes[hit.geometry as usize], hit, wo);
+    }
+
     /// How the surface scatters there, textures looked up.
     #[inline]
     pub fn bsdf(&self, si: &SurfaceInteraction) -> Bsdf<'_> {
@@ -66,6 +75,14 @@ impl Scene {
     #[inline]
     pub fn emission(&self, si: &SurfaceInteraction) -> Rgb {
         self.materials[si.material as usize].emission(si.front)
+    }
+
+    /// Whether the surface of a hit emits to any side.
+    #[inline]
+    pub fn emits(&self, hit: &Hit) -> bool {
+        let instanced = hit.instance != NO_INSTANCE;
+        let mesh = if instanced { self.instances.mesh(hit) } else { &*self.meshes[hit.geometry as usize] };
+        self.materials[mesh.materials[hit.primitive as usize] as usize].emits()
     }
 
     /// Density per steradian with which next-event estimation at the ray's origin would draw the ray.

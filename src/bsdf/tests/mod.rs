@@ -14,6 +14,7 @@ const WHITE: ColorTexture = ColorTexture::Constant(Rgb::ONE);
 /// A material and the colours it is looked at with.
 struct Material {
     name: String,
+    description: BsdfDescription,
     model: BsdfModel,
     colors: [Rgb; 2],
 }
@@ -21,7 +22,11 @@ struct Material {
 impl Material {
     fn new(name: impl Into<String>, description: BsdfDescription, two_sided: bool) -> Material {
         let model = BsdfModel::new(&description, two_sided, &mut CoatTables::default()).unwrap();
-        Material { name: name.into(), model, colors: [Rgb::ONE; 2] }
+        Material { name: name.into(), description, model, colors: [Rgb::ONE; 2] }
+    }
+
+    fn sided(&self, two_sided: bool) -> Material {
+        Material::new(&self.name, self.description.clone(), two_sided).colored(self.colors[0], self.colors[1])
     }
 
     fn colored(self, first: Rgb, second: Rgb) -> Material {

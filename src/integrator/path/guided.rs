@@ -1,9 +1,9 @@
 //! What the guide has to say at a vertex, and what it will learn of it.
 
-use super::{Probe, Stage, Walk};
+use super::packet::Packet;
+use super::{GuideUse, Probe, Walk};
 use crate::bsdf::Bsdf;
-use crate::geometry::SurfaceInteraction;
-use crate::guiding::{PackedDirection, StateKey, Summary};
+use crate::guiding::{GuidingDistribution, PackedDirection, StateKey, Summary};
 use crate::integrator::backup::{Edge, Expectation};
 use crate::integrator::mixture::{DirectionSample, Mixture};
 use crate::integrator::roulette::MAX_SURVIVAL;
@@ -18,57 +18,81 @@ const MAX_WAVE: usize = 4;
 const MIN_COSINE: f32 = 1e-3;
 
 /// What the guide knows of a vertex.
+#[derive(Clone, Copy)]
 pub(super) struct Guided<'a> {
     /// Where to record.
     key: StateKey,
-    /// Shading normal on the side of the path.
-    normal: Vec3,
-    pub(super) summary: Option<&'a Summary>,
+    summary: Option<&'a Summary>,
 }
 
 impl<'a, P: Probe> Walk<'a, '_, P> {
-    /// What the guide knows of the state in which the path now is, where a guide could help its BSDF.
+    /// Asks the guide about the vertices of a packet: first where all of them are in its memory, then what is there.
+    pub(super) fn ask_the_guide(&mut self, packet: &mut Packet<'a>, depth: u32) {
+        let Some(guide) = self.integrator.guide else { return };
+        for k in 0..packet.surfaces.len() {
+            packet.guided[k] = match packet.bsdf[k] {
+                Some(bsdf) if bsdf.has_smooth() => self.state(guide, packet, k),
+                _ => None,
+            };
+        }
+        for k in 0..packet.surfaces.len() {
+            let known = packet.bsdf[k].zip(packet.guided[k].and_then(|guided| guided.summary));
+            packet.directions[k] = known.and_then(|(bsdf, summary)| {
+                self.expect(guide, summary, &bsdf, depth, packet.kept[k]);
+                self.directions(guide, summary, packet, k, &bsdf)
+            });
+        }
+    }
+
+    /// The state in which the path is at vertex `k`.
     #[inline]
-    pub(super) fn ask_the_guide(&mut self, si: &SurfaceInteraction, wo: Vec3, bsdf: &Bsdf) -> Option<Guided<'a>> {
-        let guide = self.integrator.guide.filter(|_| bsdf.has_smooth())?;
-        self.probe.step(Stage::Guide);
+    fn state(&mut self, guide: GuideUse<'a>, packet: &Packet, k: usize) -> Option<Guided<'a>> {
         self.counters.guide_queries += 1;
-        let normal = si.facing(wo);
-        let Some(place) = guide.field.place(si.p, normal, self.jitter) else {
+        let (p, normal) = (packet.surfaces.p(k), packet.surfaces.facing_normal(k));
+        let Some(place) = guide.field.place(p, normal, self.jitter) else {
             if self.learn {
-                self.batch.points.push((si.p, normal));
+                self.batch.points.push((p, normal));
             }
             return None;
         };
         let summary = guide.field.summary(place.drawn);
         self.counters.guide_hits += summary.is_some() as u64;
-        Some(Guided { key: place.recorded, normal, summary })
+        Some(Guided { key: place.recorded, summary })
     }
 
+    /// The guide's directions there, with the share that the BSDF keeps, where they can help.
     #[inline]
-    pub(super) fn mixture<'m>(
-        &mut self,
-        si: &SurfaceInteraction,
-        wo: Vec3,
-        bsdf: &'m Bsdf<'m>,
-        guided: Option<&Guided<'m>>,
-    ) -> Mixture<'m>
-    where
-        'a: 'm,
-    {
-        let known = self.integrator.guide.zip(guided).filter(|_| Mixture::guides(bsdf, self.product()));
-        let Some((guide, summary, normal)) = known.and_then(|(u, g)| Some((u, g.summary?, g.normal))) else {
-            return Mixture::new(bsdf, None, 1.0);
-        };
-        self.probe.step(Stage::Guide);
-        let mut distribution = guide.field.distribution(summary, normal);
-        if self.product() && bsdf.lambertian().is_none() {
-            distribution = distribution.times(|w| {
-                let wi = si.frame.to_local(w);
-                luminance(bsdf.eval(wo, wi)) / wi.z.abs().max(MIN_COSINE)
-            });
+    fn directions(
+        &self,
+        guide: GuideUse<'a>,
+        summary: &Summary,
+        packet: &Packet,
+        k: usize,
+        bsdf: &Bsdf,
+    ) -> Option<(GuidingDistribution<'a>, f32)> {
+        if !Mixture::guides(bsdf, self.product()) {
+            return None;
         }
-        Mixture::new(bsdf, Some(distribution), summary.bsdf_fraction)
+        let distribution = guide.field.distribution(summary, packet.surfaces.facing_normal(k));
+        if !self.product() || bsdf.lambertian().is_some() {
+            return Some((distribution, summary.bsdf_fraction));
+        }
+        let (frame, wo) = (packet.surfaces.get(k).frame, packet.surfaces.wo_local(k));
+        let product = distribution.times(|w| {
+            let wi = frame.to_local(w);
+            luminance(bsdf.eval(wo, wi)) / wi.z.abs().max(MIN_COSINE)
+        });
+        Some((product, summary.bsdf_fraction))
+    }
+
+    /// Keeps what the table expects of going on from a vertex that is kept for learning.
+    #[inline]
+    fn expect(&mut self, guide: GuideUse, summary: &Summary, bsdf: &Bsdf, depth: u32, kept: u32) {
+        let Some(reflectance) = bsdf.lambertian().filter(|_| self.learn) else { return };
+        let (rule, blend) = (guide.settings.rule_in_use(), guide.settings.blend_visits);
+        let known = (summary.irradiance, summary.peak, summary.visits);
+        let expected = Expectation::new(rule, blend, known, reflectance);
+        self.batch.vertices[depth as usize - 1][kept as usize].expected = expected;
     }
 
     /// Whether directions are drawn from the product of guide and BSDF.
@@ -77,22 +101,13 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         self.integrator.guide.is_some_and(|guide| guide.settings.sampling == GuideSampling::Product)
     }
 
-    /// What the table expects of going on.
-    #[inline]
-    pub(super) fn expectation(&self, summary: Option<&Summary>, bsdf: &Bsdf) -> Option<Expectation> {
-        let guide = self.integrator.guide.filter(|_| self.learn)?.settings;
-        let (summary, reflectance) = (summary?, bsdf.lambertian()?);
-        let known = (summary.irradiance, summary.peak, summary.visits);
-        Expectation::new(guide.rule_in_use(), guide.blend_visits, known, reflectance)
-    }
-
     /// Expected number of paths that go on. The throughput's roulette goes by the share of light that scattering leaves
     /// on the way (`analog`), not by the throughput: a guide that finds the light lowers the throughput of just the
     /// paths that matter.
     #[inline]
     pub(super) fn paths(
         &self,
-        summary: Option<&Summary>,
+        guided: Option<&Guided>,
         guides: bool,
         reflected: f32,
         analog: f32,
@@ -108,7 +123,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             let full = self.batch.next.rays.len() >= MAX_WAVE * self.task.paths();
             let max_split = if full { 1.0 } else { settings.max_split };
             // of the return by a sharp lobe, a state's moments say nothing
-            let Some(summary) = summary.filter(|_| guides) else {
+            let Some(summary) = guided.and_then(|guided| guided.summary).filter(|_| guides) else {
                 return if depth >= settings.rr_depth { MAX_SURVIVAL } else { 1.0 };
             };
             return efficiency.paths(summary, reflected, self.pixel(slot), max_split);
@@ -128,12 +143,12 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 
 /// What is to be learnt of a direction.
 #[inline]
-pub(super) fn edge(guided: Option<&Guided>, next: &DirectionSample, albedo: f32) -> Option<Edge> {
+pub(super) fn edge(guided: Option<&Guided>, normal: Vec3, next: &DirectionSample, albedo: f32) -> Option<Edge> {
     let (guided, pdf) = (guided?, next.pdf?);
     Some(Edge {
         key: guided.key,
         wi: PackedDirection::new(next.wi),
-        normal: PackedDirection::new(guided.normal),
+        normal: PackedDirection::new(normal),
         pdf: pdf.mixture,
         bsdf_pdf: pdf.bsdf,
         guide_pdf: pdf.guide,

@@ -1,48 +1,67 @@
 //! Light at a vertex: what is met by chance, and what is asked for by next-event estimation, each weighed against the
 //! other.
 
-use super::{Probe, Stage, Walk};
-use crate::embree::{Hit, Ray};
+use super::packet::Packet;
+use super::{Probe, Stage, Walk, Wave};
 use crate::geometry::SurfaceInteraction;
-use crate::integrator::mixture::Mixture;
-use crate::math::{Rgb, rng::Rng};
+use crate::embree::Ray;
+use crate::math::Rgb;
+use crate::math::lanes::{LANES, Vec3Lanes};
 use glam::Vec3;
 
 impl<P: Probe> Walk<'_, '_, P> {
-    /// Draws a light and lays a shadow ray towards it.
-    #[allow(clippy::too_many_arguments, reason = "a step of the narrated loop above")]
+    /// Draws a light for each vertex of a packet that can be lit, and lays shadow rays towards those from which
+    /// something would come.
+    pub(super) fn ask_lights(&mut self, packet: &mut Packet) {
+        if !self.integrator.settings.next_event {
+            return;
+        }
+        self.draw_lights(packet);
+        let (mut f, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
+        packet.eval_pdf(&mut f, &mut pdf);
+        let mut weight = [1.0; LANES];
+        let lights = &packet.lights;
+        if self.integrator.settings.mis {
+            for k in 0..LANES {
+                weight[k] = if lights.delta[k] { 1.0 } else { power_heuristic(lights.pdf[k], pdf[k]) };
+            }
+        }
+        let mut local = Vec3Lanes::ZERO;
+        lights.contribution(&f, &weight, &mut local);
+        let (mut org, mut dir, mut tfar) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO, [0.0; LANES]);
+        lights.shadow_rays(&packet.surfaces, &mut org, &mut dir, &mut tfar);
+        for k in 0..packet.surfaces.len() {
+            if lights.pdf[k] > 0.0 && local.get(k) != Rgb::ZERO {
+                let ray = Ray { org: org.get(k), dir: dir.get(k), tfar: tfar[k] };
+                self.ask_light(&ray, local.get(k), packet, k);
+            }
+        }
+    }
+
+    fn draw_lights(&mut self, packet: &mut Packet) {
+        let lights = self.integrator.scene.lights();
+        let Packet { surfaces, bsdf, lights: drawn, rng, .. } = packet;
+        for k in 0..surfaces.len() {
+            match bsdf[k] {
+                Some(bsdf) if bsdf.has_smooth() => {
+                    let (u_choice, u) = (rng[k].f64(), rng[k].f32x2());
+                    drawn.choose(k, lights, surfaces.p(k), u_choice, u);
+                }
+                _ => drawn.skip(k),
+            }
+        }
+        drawn.resolve();
+    }
+
+    /// Lays a shadow ray from vertex `k` towards a light that would bring it `local`.
     #[inline]
-    pub(super) fn ask_a_light(
-        &mut self,
-        si: &SurfaceInteraction,
-        wo: Vec3,
-        mixture: &Mixture,
-        slot: u32,
-        throughput: Rgb,
-        depth: u32,
-        rng: &mut Rng,
-    ) {
-        let (u_choice, u) = (rng.f64(), rng.f32x2());
-        let Some(light) = self.integrator.scene.lights().sample(si.p, u_choice, u) else { return };
-        let (f, mixture_pdf) = mixture.eval_pdf(si, wo, light.wi);
-        if f == Rgb::ZERO {
-            return;
-        }
-        let weight = match self.integrator.settings.mis && !light.delta {
-            true => power_heuristic(light.pdf, mixture_pdf),
-            false => 1.0,
-        };
-        let local = f * light.radiance * (weight / light.pdf);
-        if local == Rgb::ZERO {
-            return;
-        }
-        self.batch.shadow_rays.push(&light.shadow_ray(si.spawn(light.wi)));
-        let vertex = if self.learn { self.batch.vertices[depth as usize - 1].len() as u32 - 1 } else { 0 };
-        let n = &mut self.batch.next_events;
-        n.slot.push(slot);
-        n.contribution.push(throughput * local);
+    fn ask_light(&mut self, ray: &Ray, local: Rgb, packet: &Packet, k: usize) {
+        self.batch.shadow_rays.push(ray);
+        let (n, paths) = (&mut self.batch.next_events, &self.batch.wave.paths);
+        n.slot.push(paths.slot[packet.ray[k]]);
+        n.contribution.push(paths.throughput[packet.ray[k]] * local);
         n.local.push(local);
-        n.vertex.push(vertex);
+        n.vertex.push(packet.kept[k]);
     }
 
     /// What the shadow rays found open is added to pixels and to what vertices will learn.
@@ -67,11 +86,17 @@ impl<P: Probe> Walk<'_, '_, P> {
         if le == Rgb::ZERO { le } else { le * self.emitter_weight(pdf, || lights.pdf_environment(dir)) }
     }
 
+    /// What the surface `si` sends along ray `i`, which met it.
     #[inline]
-    pub(super) fn weigh_emission(&self, hit: &Hit, si: &SurfaceInteraction, ray: &Ray, pdf: Option<f32>) -> Rgb {
+    pub(super) fn weigh_emission(&self, i: usize, si: &SurfaceInteraction) -> Rgb {
         let scene = self.integrator.scene;
         let le = scene.emission(si);
-        if le == Rgb::ZERO { le } else { le * self.emitter_weight(pdf, || scene.emitter_pdf(hit, si, ray)) }
+        if le == Rgb::ZERO {
+            return le;
+        }
+        let Wave { rays, paths } = &self.batch.wave;
+        let light_pdf = || rays.hit(i).map_or(0.0, |hit| scene.emitter_pdf(&hit, si, &rays.ray(i)));
+        le * self.emitter_weight(paths.pdf[i], light_pdf)
     }
 
     /// MIS weight of an emitter that a ray met by itself. `pdf` is the density the ray was drawn with, `light_pdf`

@@ -3,20 +3,24 @@
 use super::{Probe, Stage, Walk};
 use crate::film::tile::{Features, TileSamples};
 use crate::guiding::Recorder;
-use crate::integrator::backup::{self, Expectation, Vertex};
+use crate::integrator::backup::{self, Vertex};
 use crate::integrator::batch::BatchResult;
 use crate::math::Rgb;
 
 impl<P: Probe> Walk<'_, '_, P> {
-    /// Keeps a vertex for learning, once it is known what it adds and expects.
+    /// Keeps the vertex of ray `i` for learning, which adds `local` itself; returns its place among those of its wave.
     #[inline]
-    pub(super) fn log(&mut self, i: usize, depth: u32, local: Rgb, expected: Option<Expectation>) {
-        if self.learn {
-            self.probe.step(Stage::Record);
-            let arrival = self.batch.wave.paths.arrival[i];
-            self.batch.vertices[depth as usize - 1].push(Vertex { arrival, local, expected });
-            self.probe.step(Stage::Shade);
+    pub(super) fn log(&mut self, i: usize, depth: u32, local: Rgb) -> u32 {
+        if !self.learn {
+            return 0;
         }
+        self.probe.step(Stage::Record);
+        let arrival = self.batch.wave.paths.arrival[i];
+        let wave = &mut self.batch.vertices[depth as usize - 1];
+        wave.push(Vertex { arrival, local, expected: None });
+        let place = wave.len() as u32 - 1;
+        self.probe.step(Stage::Shade);
+        place
     }
 
     pub(super) fn record(&mut self) -> Option<Recorder> {

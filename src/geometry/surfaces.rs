@@ -1,0 +1,208 @@
+//! Surface points of a packet's rays, found side by side.
+
+use super::interaction::{Facet, corner_normals};
+use super::{Frame, Mesh, Placement, SurfaceInteraction};
+use crate::embree::Hit;
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use glam::Vec3;
+
+/// Up to [`LANES`] hits and the points that follow from them: what [`SurfaceInteraction::new`] gives one by one, to the
+/// last bit.
+pub struct Surfaces {
+    len: usize,
+    corners: [Vec3Lanes; 3],
+    normals: [Vec3Lanes; 3],
+    winding: Vec3Lanes,
+    weights: [Lanes; 2],
+    reach: Lanes,
+    wo: Vec3Lanes,
+    uv: [Lanes; 2],
+    material: [u32; LANES],
+    p: Vec3Lanes,
+    ng: Vec3Lanes,
+    /// `s`, `t` and `n` of the shading frame.
+    frame: [Vec3Lanes; 3],
+    facing: Lanes,
+    offset: Lanes,
+    wo_local: Vec3Lanes,
+}
+
+impl Surfaces {
+    pub fn new() -> Surfaces {
+        Surfaces {
+            len: 0,
+            corners: [Vec3Lanes::ZERO; 3],
+            normals: [Vec3Lanes::ZERO; 3],
+            winding: Vec3Lanes::ZERO,
+            weights: [[0.0; LANES]; 2],
+            reach: [0.0; LANES],
+            wo: Vec3Lanes::ZERO,
+            uv: [[0.0; LANES]; 2],
+            material: [0; LANES],
+            p: Vec3Lanes::ZERO,
+            ng: Vec3Lanes::ZERO,
+            frame: [Vec3Lanes::ZERO; 3],
+            facing: [0.0; LANES],
+            offset: [0.0; LANES],
+            wo_local: Vec3Lanes::ZERO,
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Adds the point of `hit` on `mesh`, met by a ray that leaves towards `wo` (unit). At most [`LANES`].
+    #[inline(always)]
+    pub fn push(&mut self, mesh: &Mesh, hit: &Hit, wo: Vec3) {
+        let k = self.len;
+        let corners = mesh.corners(hit.primitive as usize);
+        (0..3).for_each(|c| self.corners[c].set(k, corners[c]));
+        match corner_normals(mesh, hit) {
+            Some(normals) => (0..3).for_each(|c| self.normals[c].set(k, normals[c])),
+            None => (0..3).for_each(|c| self.normals[c].set(k, Vec3::ZERO)),
+        }
+        self.winding.set(k, hit.ng);
+        self.reach[k] = 0.0;
+        self.finish(mesh, hit, wo);
+    }
+
+    /// The same on an instance of `mesh`.
+    #[inline(never)]
+    pub fn push_placed(&mut self, mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) {
+        let (k, facet) = (self.len, Facet::placed(mesh, placement, hit, wo));
+        for c in 0..3 {
+            self.corners[c].set(k, facet.corners[c]);
+            self.normals[c].set(k, facet.normals[c]);
+        }
+        self.winding.set(k, facet.winding);
+        self.reach[k] = facet.reach;
+        self.finish(mesh, hit, wo);
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, mesh: &Mesh, hit: &Hit, wo: Vec3) {
+        let k = self.len;
+        (self.weights[0][k], self.weights[1][k]) = (hit.u, hit.v);
+        self.wo.set(k, wo);
+        let triangle = hit.primitive as usize;
+        let [u, v] = mesh.uv(triangle, hit.u, hit.v);
+        (self.uv[0][k], self.uv[1][k]) = (u, v);
+        self.material[k] = mesh.materials[triangle];
+        self.len += 1;
+    }
+
+    /// Finds the points of all that was added. Lanes beyond hold what was there before, and are as good as any.
+    pub fn resolve(&mut self) {
+        for k in 0..LANES {
+            let facet = Facet {
+                corners: [self.corners[0].get(k), self.corners[1].get(k), self.corners[2].get(k)],
+                normals: [self.normals[0].get(k), self.normals[1].get(k), self.normals[2].get(k)],
+                winding: self.winding.get(k),
+                weights: [self.weights[0][k], self.weights[1][k]],
+                reach: self.reach[k],
+                wo: self.wo.get(k),
+            };
+            let point = facet.point();
+            self.p.set(k, point.p);
+            self.ng.set(k, point.ng);
+            self.frame[0].set(k, point.frame.s);
+            self.frame[1].set(k, point.frame.t);
+            self.frame[2].set(k, point.frame.n);
+            self.facing[k] = point.facing;
+            self.offset[k] = point.offset;
+            self.wo_local.set(k, point.frame.to_local(facet.wo));
+        }
+    }
+
+    /// Point `k`, once it is found.
+    #[inline(always)]
+    pub fn get(&self, k: usize) -> SurfaceInteraction {
+        SurfaceInteraction {
+            p: self.p.get(k),
+            ng: self.ng.get(k),
+            frame: self.shading_frame(k),
+            front: self.facing[k] > 0.0,
+            uv: [self.uv[0][k], self.uv[1][k]],
+            material: self.material[k],
+            offset: self.offset[k],
+        }
+    }
+
+    /// Place of point `k`.
+    #[inline(always)]
+    pub fn p(&self, k: usize) -> Vec3 {
+        self.p.get(k)
+    }
+
+    /// Shading normal of point `k` on the side of the path.
+    #[inline(always)]
+    pub fn facing_normal(&self, k: usize) -> Vec3 {
+        let n = self.frame[2].get(k);
+        if self.wo.get(k).dot(n) < 0.0 { -n } else { n }
+    }
+
+    /// To where the ray came from, unit, in the shading frame.
+    #[inline(always)]
+    pub fn wo_local(&self, k: usize) -> Vec3 {
+        self.wo_local.get(k)
+    }
+
+    /// The same for all.
+    #[inline(always)]
+    pub fn wo_locals(&self) -> &Vec3Lanes {
+        &self.wo_local
+    }
+
+    /// Directions of the world in the shading frames.
+    #[inline(always)]
+    pub fn to_local(&self, w: &Vec3Lanes, local: &mut Vec3Lanes) {
+        for k in 0..LANES {
+            local.set(k, self.shading_frame(k).to_local(w.get(k)));
+        }
+    }
+
+    /// Directions in the shading frames in the world, and [`SurfaceInteraction::spawn`] for them.
+    #[inline(always)]
+    pub fn leave(&self, local: &Vec3Lanes, w: &mut Vec3Lanes, origin: &mut Vec3Lanes) {
+        for k in 0..LANES {
+            w.set(k, self.shading_frame(k).to_world(local.get(k)));
+        }
+        self.spawn(w, origin);
+    }
+
+    /// [`SurfaceInteraction::spawn`] for all.
+    #[inline(always)]
+    pub fn spawn(&self, w: &Vec3Lanes, origin: &mut Vec3Lanes) {
+        for k in 0..LANES {
+            let ng = self.ng.get(k);
+            origin.set(k, self.p.get(k) + ng * self.offset[k].copysign(w.get(k).dot(ng)));
+        }
+    }
+
+    /// [`SurfaceInteraction::consistent`] for point `k`.
+    #[inline(always)]
+    pub fn consistent(&self, k: usize, w: Vec3) -> bool {
+        w.dot(self.ng.get(k)) * w.dot(self.frame[2].get(k)) > 0.0
+    }
+
+    #[inline(always)]
+    fn shading_frame(&self, k: usize) -> Frame {
+        Frame { s: self.frame[0].get(k), t: self.frame[1].get(k), n: self.frame[2].get(k) }
+    }
+}
+
+impl Default for Surfaces {
+    fn default() -> Surfaces {
+        Surfaces::new()
+    }
+}

@@ -1,0 +1,81 @@
+//! A packet of vertices on its way through the steps of a wave.
+
+use super::guided::Guided;
+use crate::bsdf::{Bsdf, DiffuseLanes};
+use crate::geometry::Surfaces;
+use crate::guiding::GuidingDistribution;
+use crate::integrator::mixture::Mixture;
+use crate::light::LightSamples;
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use crate::math::{Rgb, rng::Rng};
+
+/// A packet of vertices. What one step hands on to the next lies side by side, so that each writes and reads no more
+/// than it needs.
+pub(super) struct Packet<'a> {
+    pub surfaces: Surfaces,
+    /// The ray, by its place in the wave, that met each surface.
+    pub ray: [usize; LANES],
+    /// How each scatters; `None` where the path ends.
+    pub bsdf: [Option<Bsdf<'a>>; LANES],
+    /// Those that are Lambertian.
+    pub diffuse: DiffuseLanes,
+    pub guided: [Option<Guided<'a>>; LANES],
+    /// Where each vertex is kept for learning, by its place in its wave.
+    pub kept: [u32; LANES],
+    /// The guide's directions and the share that the BSDF keeps, where the guide can help.
+    pub directions: [Option<(GuidingDistribution<'a>, f32)>; LANES],
+    pub lights: LightSamples,
+    pub rng: [Rng; LANES],
+}
+
+impl Packet<'_> {
+    pub fn new() -> Self {
+        Packet {
+            surfaces: Surfaces::new(),
+            ray: [0; LANES],
+            bsdf: [None; LANES],
+            diffuse: DiffuseLanes::new(),
+            guided: [None; LANES],
+            kept: [0; LANES],
+            directions: [const { None }; LANES],
+            lights: LightSamples::new(),
+            rng: [Rng::new(0); LANES],
+        }
+    }
+
+    /// How directions are drawn at vertex `k`; `None` where the path ends.
+    #[inline(always)]
+    pub fn mixture(&self, k: usize) -> Option<Mixture<'_>> {
+        let bsdf = self.bsdf[k].as_ref()?;
+        Some(match &self.directions[k] {
+            Some((guide, bsdf_fraction)) => Mixture::new(bsdf, Some(guide), *bsdf_fraction),
+            None => Mixture::new(bsdf, None, 1.0),
+        })
+    }
+
+    /// Whether at vertex `k` directions are drawn by Lambert's law alone.
+    #[inline(always)]
+    pub fn is_plain(&self, k: usize) -> bool {
+        self.diffuse.is(k) && self.directions[k].is_none()
+    }
+
+    /// [`Mixture::eval_pdf`] towards the lights that were drawn. Any where there are none.
+    pub fn eval_pdf(&self, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+        let (surfaces, wi) = (&self.surfaces, &self.lights.wi);
+        let mut local = Vec3Lanes::ZERO;
+        surfaces.to_local(wi, &mut local);
+        self.diffuse.eval_pdf(surfaces.wo_locals(), &local, f, pdf);
+        for k in 0..LANES {
+            let lit = surfaces.consistent(k, wi.get(k));
+            f.set(k, if lit { f.get(k) } else { Rgb::ZERO });
+            pdf[k] = if lit { pdf[k] } else { 0.0 };
+        }
+        for k in 0..surfaces.len() {
+            if !self.is_plain(k) && self.lights.pdf[k] > 0.0 && let Some(mixture) = self.mixture(k) {
+                let (value, density) = mixture.eval_pdf(&surfaces.get(k), surfaces.wo_local(k), wi.get(k));
+                f.set(k, value);
+                pdf[k] = density;
+            }
+        }
+    }
+}

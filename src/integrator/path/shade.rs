@@ -1,0 +1,209 @@
+//! What happens at the vertices of a wave, narrated: a packet at a time, step by step.
+
+use super::guided::edge;
+use super::packet::Packet;
+use super::{PathIntegrator, Probe, Stage, Walk};
+use crate::embree::Ray;
+use crate::film::tile::Features;
+use crate::integrator::backup::{Arrival, Edge};
+use crate::integrator::batch::{Continuation, Paths};
+use crate::integrator::mixture::{Densities, DirectionSample, Mixture};
+use crate::math::lanes::{LANES, Vec3Lanes};
+use crate::math::{Rgb, luminance, rng::Rng};
+use glam::Vec3;
+use std::ops::Range;
+
+impl<'a, P: Probe> Walk<'a, '_, P> {
+    /// The vertices at which the wave's rays arrive.
+    ///
+    /// A packet is taken through each step before the next begins: what is plain arithmetic runs in vectors, and what
+    /// one vertex has to wait for is filled with another's work. The order of the steps is that of the light transport
+    /// equation read from the left: emission, direct light, then the rest.
+    pub(super) fn shade_wave(&mut self, depth: u32) {
+        self.probe.stage(Stage::Shade);
+        self.batch.shadow_rays.clear();
+        self.batch.next_events.clear();
+        self.batch.next.clear();
+        let mut packet = Packet::new();
+        let rays = self.batch.wave.rays.len();
+        for first in (0..rays).step_by(LANES) {
+            self.shade(first..rays.min(first + LANES), depth, &mut packet);
+        }
+    }
+
+    fn shade(&mut self, rays: Range<usize>, depth: u32, packet: &mut Packet<'a>) {
+        // Surfaces. A ray that left the scene sees the environment, and is done.
+        self.meet(rays, depth, packet);
+
+        // Emission, weighted against the chance that next-event estimation had of drawing this direction.
+        for k in 0..packet.surfaces.len() {
+            self.arrive(packet, k, depth);
+        }
+
+        // What the guide knows of each place.
+        self.probe.step(Stage::Guide);
+        self.ask_the_guide(packet, depth);
+
+        // Direct light.
+        self.probe.step(Stage::NextEvent);
+        self.ask_lights(packet);
+
+        // The next direction, or several.
+        self.probe.step(Stage::Shade);
+        self.go_on(packet, depth);
+    }
+
+    /// The surfaces that rays of a packet met.
+    fn meet(&mut self, rays: Range<usize>, depth: u32, packet: &mut Packet) {
+        let PathIntegrator { scene, settings, features, .. } = *self.integrator;
+        let Packet { surfaces, ray, .. } = packet;
+        surfaces.clear();
+        // at a path's end only emission counts
+        let ends = depth >= settings.max_depth && !(depth == 1 && features);
+        for i in rays {
+            let wo = -self.batch.wave.rays.ray(i).dir;
+            match self.batch.wave.rays.hit(i) {
+                None => self.leave(i, -wo, depth),
+                Some(hit) if ends && !scene.emits(&hit) => _ = self.log(i, depth, Rgb::ZERO),
+                Some(hit) => {
+                    ray[surfaces.len()] = i;
+                    scene.meet(&hit, wo, surfaces);
+                }
+            }
+        }
+        surfaces.resolve();
+    }
+
+    /// A path leaves the scene along `dir`: only an environment is there to be seen.
+    fn leave(&mut self, i: usize, dir: Vec3, depth: u32) {
+        let (slot, pdf) = (self.batch.wave.paths.slot[i], self.batch.wave.paths.pdf[i]);
+        let le = self.weigh_environment(dir, pdf);
+        self.batch.radiance[slot as usize] += self.batch.wave.paths.throughput[i] * le;
+        self.log(i, depth, le);
+    }
+
+    /// Takes the emission of surface `k`, and finds how it scatters, unless the path ends there.
+    #[inline]
+    fn arrive(&mut self, packet: &mut Packet<'a>, k: usize, depth: u32) {
+        let PathIntegrator { scene, settings, features, .. } = *self.integrator;
+        let (i, si) = (packet.ray[k], packet.surfaces.get(k));
+        let paths = &self.batch.wave.paths;
+        let slot = paths.slot[i] as usize;
+        packet.rng[k] = paths.rng[i];
+        let le = self.weigh_emission(i, &si);
+        self.batch.radiance[slot] += self.batch.wave.paths.throughput[i] * le;
+        packet.kept[k] = self.log(i, depth, le);
+
+        let bsdf = scene.bsdf(&si);
+        if depth == 1 && features {
+            let depth = self.batch.wave.rays.ray(i).tfar;
+            let (albedo, normal) = (bsdf.albedo(packet.surfaces.wo_local(k)), packet.surfaces.facing_normal(k));
+            self.batch.features[slot] = Features { albedo, normal, depth };
+        }
+        packet.bsdf[k] = (depth < settings.max_depth).then_some(bsdf);
+        packet.diffuse.set(k, packet.bsdf[k].as_ref());
+    }
+
+    /// Draws where paths go on, and lays their next rays. What Lambert's law alone draws is drawn side by side.
+    fn go_on(&mut self, packet: &mut Packet<'a>, depth: u32) {
+        let mut survival = [Survival::default(); LANES];
+        let mut u = [[0.0; LANES]; 2];
+        for k in 0..packet.surfaces.len() {
+            survival[k] = self.survival(packet, k, depth);
+            if packet.is_plain(k) {
+                // the first is the number that chooses a lobe, where there are several
+                let [_, u0, u1] = [packet.rng[k].f32(), packet.rng[k].f32(), packet.rng[k].f32()];
+                (u[0][k], u[1][k]) = (u0, u1);
+            }
+        }
+        let (mut local, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
+        packet.diffuse.sample(packet.surfaces.wo_locals(), &u, &mut local, &mut pdf);
+        let (mut dir, mut org) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO);
+        packet.surfaces.leave(&local, &mut dir, &mut org);
+        for (k, survival) in survival.iter().enumerate() {
+            if survival.count == 0 {
+                continue;
+            }
+            if packet.is_plain(k) && survival.count == 1 {
+                let (wi, weight) = (dir.get(k), packet.diffuse.reflectance(k));
+                if pdf[k] > 0.0 && weight != Rgb::ZERO && packet.surfaces.consistent(k, wi) {
+                    let pdf = Some(Densities { mixture: pdf[k], bsdf: pdf[k], guide: -1.0 });
+                    let next = DirectionSample { wi, weight, pdf };
+                    self.lay(packet, k, survival, (org.get(k), next), packet.rng[k]);
+                }
+            } else {
+                self.draw(packet, k, survival);
+            }
+        }
+    }
+
+    /// Whether the path goes on from vertex `k`, and as how many.
+    #[inline]
+    fn survival(&mut self, packet: &mut Packet<'a>, k: usize, depth: u32) -> Survival {
+        let Some(bsdf) = &packet.bsdf[k] else { return Survival::default() };
+        let Paths { slot, throughput, analog, .. } = &self.batch.wave.paths;
+        let (slot, throughput, analog) = (slot[packet.ray[k]], throughput[packet.ray[k]], analog[packet.ray[k]]);
+        let albedo = bsdf.albedo(packet.surfaces.wo_local(k));
+        let analog = analog * albedo.max_element();
+        let guides = Mixture::guides(bsdf, false);
+        let paths = self.paths(packet.guided[k].as_ref(), guides, luminance(throughput * albedo), analog, slot, depth);
+        let count = paths as u32 + (packet.rng[k].f32() < paths.fract()) as u32;
+        Survival { count, paths, analog: analog / paths, albedo: luminance(albedo), guides }
+    }
+
+    /// Draws the directions in which the path goes on from vertex `k`.
+    fn draw(&mut self, packet: &Packet<'a>, k: usize, survival: &Survival) {
+        let Some(mixture) = packet.mixture(k) else { return };
+        let (si, wo, mut rng) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), packet.rng[k]);
+        for split in 0..survival.count {
+            let mut rng = if split == 0 { rng } else { Rng::new(((rng.next_u32() as u64) << 32) | split as u64) };
+            if let Some(next) = mixture.sample(&si, wo, &mut rng) {
+                self.lay(packet, k, survival, (si.spawn(next.wi), next), rng);
+            }
+        }
+    }
+
+    /// Lays the next ray of a path from vertex `k`, with what it carries.
+    #[inline]
+    fn lay(
+        &mut self,
+        packet: &Packet<'a>,
+        k: usize,
+        survival: &Survival,
+        (org, next): (Vec3, DirectionSample),
+        rng: Rng,
+    ) {
+        let weight = next.weight / survival.paths;
+        let arrival = self.learn.then(|| {
+            let normal = packet.surfaces.facing_normal(k);
+            let edge = edge(packet.guided[k].as_ref(), normal, &next, survival.albedo);
+            let edge = edge.map(|e| Edge { scattered: if survival.guides { e.scattered } else { 0.0 }, ..e });
+            Arrival { parent: packet.kept[k], weight, edge }
+        });
+        let (paths, b) = (&self.batch.wave.paths, &mut self.batch.next);
+        b.rays.push(&Ray { org, dir: next.wi, tfar: f32::INFINITY });
+        b.paths.push(Continuation {
+            slot: paths.slot[packet.ray[k]],
+            throughput: paths.throughput[packet.ray[k]] * weight,
+            rng,
+            pdf: next.pdf.map(|pdf| pdf.mixture),
+            analog: survival.analog,
+            arrival,
+        });
+    }
+}
+
+/// How a path goes on.
+#[derive(Clone, Copy, Default)]
+struct Survival {
+    /// As so many.
+    count: u32,
+    /// How many were expected.
+    paths: f32,
+    /// What roulette goes by from here on.
+    analog: f32,
+    /// Luminance of the BSDF's albedo.
+    albedo: f32,
+    /// Whether a guide can help here.
+    guides: bool,
+}

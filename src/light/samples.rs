@@ -1,0 +1,169 @@
+//! Lights drawn for a packet's vertices, side by side.
+
+use super::lights::{Lights, usable};
+use super::triangle::AreaLight;
+use super::{LightSample, SHADOW_END};
+use crate::geometry::Surfaces;
+use crate::math::Rgb;
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use glam::Vec3;
+
+/// Up to [`LANES`] draws from [`Lights`]: what [`Lights::sample`] gives one by one, to the last bit.
+pub struct LightSamples {
+    /// Directions to the lights, unit.
+    pub wi: Vec3Lanes,
+    /// As of [`LightSample`].
+    pub radiance: Vec3Lanes,
+    /// Per steradian, the choice of the light included; 0 where nothing was drawn, or nothing arrives.
+    pub pdf: Lanes,
+    pub delta: [bool; LANES],
+    distance: Lanes,
+    /// On an emissive triangle, where it is one.
+    point: Vec3Lanes,
+    surface: [bool; LANES],
+    // what is drawn from
+    chosen: Chosen,
+}
+
+/// Emissive triangles that were chosen, and for whom.
+struct Chosen {
+    p: Vec3Lanes,
+    u: [Lanes; 2],
+    pmf: Lanes,
+    origin: Vec3Lanes,
+    edges: [Vec3Lanes; 2],
+    normal: Vec3Lanes,
+    area: [f64; LANES],
+    two_sided: [bool; LANES],
+    /// What was drawn where the light is no triangle, or there is none.
+    other: [Option<LightSample>; LANES],
+}
+
+impl LightSamples {
+    pub fn new() -> LightSamples {
+        let chosen = Chosen {
+            p: Vec3Lanes::ZERO,
+            u: [[0.0; LANES]; 2],
+            pmf: [0.0; LANES],
+            origin: Vec3Lanes::ZERO,
+            edges: [Vec3Lanes::ZERO; 2],
+            normal: Vec3Lanes::ZERO,
+            area: [0.0; LANES],
+            two_sided: [false; LANES],
+            other: [None; LANES],
+        };
+        LightSamples {
+            wi: Vec3Lanes::ZERO,
+            radiance: Vec3Lanes::ZERO,
+            pdf: [0.0; LANES],
+            delta: [false; LANES],
+            distance: [0.0; LANES],
+            point: Vec3Lanes::ZERO,
+            surface: [false; LANES],
+            chosen,
+        }
+    }
+
+    /// Nothing is drawn in lane `k`.
+    #[inline]
+    pub fn skip(&mut self, k: usize) {
+        self.surface[k] = false;
+        self.chosen.other[k] = None;
+    }
+
+    /// Chooses the light of lane `k`, as [`Lights::sample`] with the same numbers.
+    #[inline]
+    pub fn choose(&mut self, k: usize, lights: &Lights, p: Vec3, u_choice: f64, u: [f32; 2]) {
+        let Some((index, rest)) = lights.choose(u_choice) else { return self.skip(k) };
+        let Some(light) = lights.triangle(index) else {
+            self.surface[k] = false;
+            self.chosen.other[k] = lights.sample_other(index, rest, p, u);
+            return;
+        };
+        self.surface[k] = true;
+        self.delta[k] = false;
+        self.radiance.set(k, light.radiance);
+        let chosen = &mut self.chosen;
+        chosen.p.set(k, p);
+        (chosen.u[0][k], chosen.u[1][k]) = (u[0], u[1]);
+        chosen.pmf[k] = lights.pmf(index);
+        chosen.origin.set(k, light.origin);
+        chosen.edges[0].set(k, light.edges[0]);
+        chosen.edges[1].set(k, light.edges[1]);
+        chosen.normal.set(k, light.normal);
+        chosen.area[k] = light.area;
+        chosen.two_sided[k] = light.two_sided;
+    }
+
+    /// Draws the points on all triangles that were chosen.
+    pub fn resolve(&mut self) {
+        let chosen = &self.chosen;
+        for k in 0..LANES {
+            let view = chosen.light(k).sample_from(chosen.p.get(k), [chosen.u[0][k], chosen.u[1][k]]);
+            self.point.set(k, view.surface.point);
+            self.wi.set(k, view.wi);
+            self.distance[k] = view.distance;
+            let pdf = (chosen.pmf[k] as f64 * view.pdf) as f32;
+            self.pdf[k] = if pdf.is_finite() { pdf } else { 0.0 };
+        }
+        for k in 0..LANES {
+            if !self.surface[k] {
+                self.take_other(k);
+            }
+        }
+    }
+
+    #[inline]
+    fn take_other(&mut self, k: usize) {
+        self.pdf[k] = 0.0;
+        if let Some(sample) = self.chosen.other[k].and_then(usable) {
+            self.wi.set(k, sample.wi);
+            self.radiance.set(k, sample.radiance);
+            self.pdf[k] = sample.pdf;
+            self.delta[k] = sample.delta;
+            self.distance[k] = sample.distance;
+        }
+    }
+
+    /// What arrives from the lights if nothing stands between: `f`·radiance·`weight`/pdf. Any where nothing was drawn.
+    #[inline(always)]
+    pub fn contribution(&self, f: &Vec3Lanes, weight: &Lanes, contribution: &mut Vec3Lanes) {
+        for k in 0..LANES {
+            let light: Rgb = f.get(k) * self.radiance.get(k) * (weight[k] / self.pdf[k]);
+            contribution.set(k, light);
+        }
+    }
+
+    /// [`LightSample::shadow_ray`] for all, from just off the surfaces: origins, directions and lengths.
+    #[inline(always)]
+    pub fn shadow_rays(&self, surfaces: &Surfaces, origin: &mut Vec3Lanes, dir: &mut Vec3Lanes, tfar: &mut Lanes) {
+        surfaces.spawn(&self.wi, origin);
+        for k in 0..LANES {
+            let way = self.point.get(k) - origin.get(k);
+            let distance = if self.surface[k] { way.length() } else { self.distance[k] };
+            dir.set(k, if self.surface[k] { way / distance } else { self.wi.get(k) });
+            tfar[k] = distance * (1.0 - SHADOW_END);
+        }
+    }
+}
+
+impl Chosen {
+    /// The triangle of lane `k`; its radiance is kept elsewhere.
+    #[inline(always)]
+    fn light(&self, k: usize) -> AreaLight {
+        AreaLight {
+            origin: self.origin.get(k),
+            edges: [self.edges[0].get(k), self.edges[1].get(k)],
+            normal: self.normal.get(k),
+            area: self.area[k],
+            radiance: Rgb::ZERO,
+            two_sided: self.two_sided[k],
+        }
+    }
+}
+
+impl Default for LightSamples {
+    fn default() -> LightSamples {
+        LightSamples::new()
+    }
+}
