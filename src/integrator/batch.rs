@@ -23,49 +23,38 @@ impl Task {
     }
 }
 
-/// Paths under way, as parallel arrays in the order of their rays.
+/// Paths under way, in the order of their rays.
 #[derive(Default)]
 pub(super) struct Paths {
     /// Place in the batch: which pixel and sample.
     pub slot: Vec<u32>,
-    pub throughput: Vec<Rgb>,
-    pub rng: Vec<Rng>,
-    /// Density of the ray's direction per steradian; `None` behind a camera or a delta lobe.
-    pub pdf: Vec<Option<f32>>,
-    /// What roulette goes by: the share of light that scattering would have left on the way here.
-    pub analog: Vec<f32>,
-    /// How the path came here; kept where something is learnt.
+    pub state: Vec<PathState>,
+    /// How each path came here; kept where something is learnt.
     pub arrival: Vec<Arrival>,
 }
 
-/// A path that goes on.
-pub(super) struct Continuation {
-    pub slot: u32,
+/// What a path carries from vertex to vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PathState {
     pub throughput: Rgb,
     pub rng: Rng,
+    /// Density of the ray's direction per steradian; `None` behind a camera or a delta lobe.
     pub pdf: Option<f32>,
+    /// What roulette goes by: the share of light that scattering would have left on the way here.
     pub analog: f32,
-    pub arrival: Option<Arrival>,
 }
 
 impl Paths {
     pub fn clear(&mut self) {
         self.slot.clear();
-        self.throughput.clear();
-        self.rng.clear();
-        self.pdf.clear();
-        self.analog.clear();
+        self.state.clear();
         self.arrival.clear();
     }
 
     #[inline]
-    pub fn push(&mut self, path: Continuation) {
-        self.slot.push(path.slot);
-        self.throughput.push(path.throughput);
-        self.rng.push(path.rng);
-        self.pdf.push(path.pdf);
-        self.analog.push(path.analog);
-        self.arrival.extend(path.arrival);
+    pub fn push(&mut self, slot: u32, state: PathState) {
+        self.slot.push(slot);
+        self.state.push(state);
     }
 }
 
@@ -92,9 +81,8 @@ pub(super) struct NextEvents {
     pub slot: Vec<u32>,
     /// To the pixel.
     pub contribution: Vec<Rgb>,
-    /// To the vertex, and which one it is in its wave.
-    pub local: Vec<Rgb>,
-    pub vertex: Vec<u32>,
+    /// To the vertex, and which one it is in its wave; kept where something is learnt.
+    pub local: Vec<(Rgb, u32)>,
 }
 
 impl NextEvents {
@@ -102,7 +90,6 @@ impl NextEvents {
         self.slot.clear();
         self.contribution.clear();
         self.local.clear();
-        self.vertex.clear();
     }
 }
 

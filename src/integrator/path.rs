@@ -7,7 +7,7 @@ mod packet;
 mod shade;
 
 use super::backup::Arrival;
-use super::batch::{Batch, BatchResult, Continuation, Counters, Task, Wave};
+use super::batch::{Batch, BatchResult, Counters, PathState, Task, Wave};
 use super::probe::{Cast, Probe, Stage};
 use super::roulette::Efficiency;
 use crate::embree::{Coherence, Ray};
@@ -89,7 +89,7 @@ impl PathIntegrator<'_> {
         batch.radiance.resize(starts.len(), Rgb::ZERO);
         for (slot, &Start { ray, pdf, rng }) in (0..).zip(starts) {
             batch.wave.rays.push(&ray);
-            batch.wave.paths.push(Continuation { slot, throughput: Rgb::ONE, rng, pdf, analog: 1.0, arrival: None });
+            batch.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf, analog: 1.0 });
         }
         let counters = Counters::default();
         let (probe, jitter) = (&mut (), [0.5; 3]);
@@ -124,16 +124,19 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         b.radiance.resize(task.paths(), Rgb::ZERO);
         b.features.clear();
         b.features.resize(if integrator.features { task.paths() } else { 0 }, Features::default());
+        if self.learn {
+            let arrival = Arrival { parent: u32::MAX, weight: Rgb::ONE, edge: None };
+            b.wave.paths.arrival.resize(task.paths(), arrival);
+        }
         let camera = &integrator.scene.camera;
-        let arrival = self.learn.then_some(Arrival { parent: u32::MAX, weight: Rgb::ONE, edge: None });
         for sample in 0..task.samples {
-            for (x, y) in blocks(tile.width, tile.height) {
+            for_blocks(tile.width, tile.height, |x, y| {
                 let slot = sample * tile.pixels() as u32 + y * tile.width + x;
                 let (px, py) = (tile.x + x, tile.y + y);
                 let mut rng = Rng::for_path(integrator.seed, py * camera.width + px, task.first_sample + sample);
                 b.wave.rays.push(&camera.ray(px, py, rng.f32x2()));
-                b.wave.paths.push(Continuation { slot, throughput: Rgb::ONE, rng, pdf: None, analog: 1.0, arrival });
-            }
+                b.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf: None, analog: 1.0 });
+            });
         }
     }
 
@@ -184,12 +187,15 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 }
 
 /// The pixels of a rectangle in blocks of 4×4.
-fn blocks(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
-    (0..height.div_ceil(4)).flat_map(move |by| {
-        (0..width.div_ceil(4)).flat_map(move |bx| {
-            (0..16).map(move |k| (4 * bx + k % 4, 4 * by + k / 4)).filter(move |&(x, y)| x < width && y < height)
-        })
-    })
+#[inline(always)]
+fn for_blocks(width: u32, height: u32, mut pixel: impl FnMut(u32, u32)) {
+    for (by, bx) in (0..height).step_by(4).flat_map(|by| (0..width).step_by(4).map(move |bx| (by, bx))) {
+        for y in by..height.min(by + 4) {
+            for x in bx..width.min(bx + 4) {
+                pixel(x, y);
+            }
+        }
+    }
 }
 
 fn timed(f: impl FnOnce()) -> Duration {

@@ -72,7 +72,7 @@ impl LightSamples {
     }
 
     /// Chooses the light of lane `k`, as [`Lights::sample`] with the same numbers.
-    #[inline]
+    #[inline(always)]
     pub fn choose(&mut self, k: usize, lights: &Lights, p: Vec3, u_choice: f64, u: [f32; 2]) {
         let Some((index, rest)) = lights.choose(u_choice) else { return self.skip(k) };
         let Some(light) = lights.triangle(index) else {

@@ -56,14 +56,15 @@ impl Instances {
 
     /// Adds it to a packet's.
     #[inline(never)]
-    pub fn meet(&self, hit: &Hit, wo: Vec3, surfaces: &mut Surfaces) {
-        let (mesh, placement) = self.placed(hit);
-        surfaces.push_placed(mesh, placement, hit, wo);
+    pub fn meet(&self, hit: Hit, wo: Vec3, surfaces: &mut Surfaces) {
+        let (mesh, placement) = self.placed(&hit);
+        surfaces.push_placed(mesh, placement, &hit, wo);
     }
 
     /// The mesh that was hit.
-    pub fn mesh(&self, hit: &Hit) -> &Mesh {
-        self.placed(hit).0
+    #[inline(never)]
+    pub fn mesh(&self, hit: Hit) -> &Mesh {
+        self.placed(&hit).0
     }
 
     /// The mesh that was hit, and where it stands.

@@ -57,12 +57,12 @@ impl Scene {
     }
 
     /// Adds the point of a hit, seen from `wo`, to a packet's.
-    #[inline]
-    pub fn meet(&self, hit: &Hit, wo: Vec3, surfaces: &mut Surfaces) {
+    #[inline(always)]
+    pub fn meet(&self, hit: Hit, wo: Vec3, surfaces: &mut Surfaces) {
         if hit.instance != NO_INSTANCE {
             return self.instances.meet(hit, wo, surfaces);
         }
-        surfaces.push(&self.meshes[hit.geometry as usize], hit, wo);
+        surfaces.push(&self.meshes[hit.geometry as usize], &hit, wo);
     }
 
     /// How the surface scatters there, textures looked up.
@@ -78,8 +78,8 @@ impl Scene {
     }
 
     /// Whether the surface of a hit emits to any side.
-    #[inline]
-    pub fn emits(&self, hit: &Hit) -> bool {
+    #[inline(always)]
+    pub fn emits(&self, hit: Hit) -> bool {
         let instanced = hit.instance != NO_INSTANCE;
         let mesh = if instanced { self.instances.mesh(hit) } else { &*self.meshes[hit.geometry as usize] };
         self.materials[mesh.materials[hit.primitive as usize] as usize].emits()

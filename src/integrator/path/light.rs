@@ -59,9 +59,10 @@ impl<P: Probe> Walk<'_, '_, P> {
         self.batch.shadow_rays.push(ray);
         let (n, paths) = (&mut self.batch.next_events, &self.batch.wave.paths);
         n.slot.push(paths.slot[packet.ray[k]]);
-        n.contribution.push(paths.throughput[packet.ray[k]] * local);
-        n.local.push(local);
-        n.vertex.push(packet.kept[k]);
+        n.contribution.push(paths.state[packet.ray[k]].throughput * local);
+        if self.learn {
+            n.local.push((local, packet.kept[k]));
+        }
     }
 
     /// What the shadow rays found open is added to pixels and to what vertices will learn.
@@ -74,7 +75,8 @@ impl<P: Probe> Walk<'_, '_, P> {
             }
             b.radiance[b.next_events.slot[k] as usize] += b.next_events.contribution[k];
             if self.learn {
-                b.vertices[depth - 1][b.next_events.vertex[k] as usize].local += b.next_events.local[k];
+                let (local, vertex) = b.next_events.local[k];
+                b.vertices[depth - 1][vertex as usize].local += local;
             }
         }
     }
@@ -96,7 +98,7 @@ impl<P: Probe> Walk<'_, '_, P> {
         }
         let Wave { rays, paths } = &self.batch.wave;
         let light_pdf = || rays.hit(i).map_or(0.0, |hit| scene.emitter_pdf(&hit, si, &rays.ray(i)));
-        le * self.emitter_weight(paths.pdf[i], light_pdf)
+        le * self.emitter_weight(paths.state[i].pdf, light_pdf)
     }
 
     /// MIS weight of an emitter that a ray met by itself. `pdf` is the density the ray was drawn with, `light_pdf`

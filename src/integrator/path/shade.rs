@@ -6,7 +6,7 @@ use super::{PathIntegrator, Probe, Stage, Walk};
 use crate::embree::Ray;
 use crate::film::tile::Features;
 use crate::integrator::backup::{Arrival, Edge};
-use crate::integrator::batch::{Continuation, Paths};
+use crate::integrator::batch::{PathState, Paths};
 use crate::integrator::mixture::{Densities, DirectionSample, Mixture};
 use crate::math::lanes::{LANES, Vec3Lanes};
 use crate::math::{Rgb, luminance, rng::Rng};
@@ -64,10 +64,10 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             let wo = -self.batch.wave.rays.ray(i).dir;
             match self.batch.wave.rays.hit(i) {
                 None => self.leave(i, -wo, depth),
-                Some(hit) if ends && !scene.emits(&hit) => _ = self.log(i, depth, Rgb::ZERO),
+                Some(hit) if ends && !scene.emits(hit) => _ = self.log(i, depth, Rgb::ZERO),
                 Some(hit) => {
                     ray[surfaces.len()] = i;
-                    scene.meet(&hit, wo, surfaces);
+                    scene.meet(hit, wo, surfaces);
                 }
             }
         }
@@ -76,9 +76,10 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 
     /// A path leaves the scene along `dir`: only an environment is there to be seen.
     fn leave(&mut self, i: usize, dir: Vec3, depth: u32) {
-        let (slot, pdf) = (self.batch.wave.paths.slot[i], self.batch.wave.paths.pdf[i]);
+        let Paths { slot, state, .. } = &self.batch.wave.paths;
+        let (slot, PathState { throughput, pdf, .. }) = (slot[i] as usize, state[i]);
         let le = self.weigh_environment(dir, pdf);
-        self.batch.radiance[slot as usize] += self.batch.wave.paths.throughput[i] * le;
+        self.batch.radiance[slot] += throughput * le;
         self.log(i, depth, le);
     }
 
@@ -87,11 +88,13 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     fn arrive(&mut self, packet: &mut Packet<'a>, k: usize, depth: u32) {
         let PathIntegrator { scene, settings, features, .. } = *self.integrator;
         let (i, si) = (packet.ray[k], packet.surfaces.get(k));
-        let paths = &self.batch.wave.paths;
-        let slot = paths.slot[i] as usize;
-        packet.rng[k] = paths.rng[i];
+        let Paths { slot, state, .. } = &self.batch.wave.paths;
+        let (slot, throughput) = (slot[i] as usize, state[i].throughput);
+        packet.rng[k] = state[i].rng;
         let le = self.weigh_emission(i, &si);
-        self.batch.radiance[slot] += self.batch.wave.paths.throughput[i] * le;
+        if le != Rgb::ZERO {
+            self.batch.radiance[slot] += throughput * le;
+        }
         packet.kept[k] = self.log(i, depth, le);
 
         let bsdf = scene.bsdf(&si);
@@ -141,8 +144,9 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     #[inline]
     fn survival(&mut self, packet: &mut Packet<'a>, k: usize, depth: u32) -> Survival {
         let Some(bsdf) = &packet.bsdf[k] else { return Survival::default() };
-        let Paths { slot, throughput, analog, .. } = &self.batch.wave.paths;
-        let (slot, throughput, analog) = (slot[packet.ray[k]], throughput[packet.ray[k]], analog[packet.ray[k]]);
+        let Paths { slot, state, .. } = &self.batch.wave.paths;
+        let (slot, throughput, analog) =
+            (slot[packet.ray[k]], state[packet.ray[k]].throughput, state[packet.ray[k]].analog);
         let albedo = bsdf.albedo(packet.surfaces.wo_local(k));
         let analog = analog * albedo.max_element();
         let guides = Mixture::guides(bsdf, false);
@@ -164,7 +168,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     }
 
     /// Lays the next ray of a path from vertex `k`, with what it carries.
-    #[inline]
+    #[inline(always)]
     fn lay(
         &mut self,
         packet: &Packet<'a>,
@@ -174,22 +178,18 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         rng: Rng,
     ) {
         let weight = next.weight / survival.paths;
-        let arrival = self.learn.then(|| {
+        let b = &mut *self.batch;
+        if self.learn {
             let normal = packet.surfaces.facing_normal(k);
             let edge = edge(packet.guided[k].as_ref(), normal, &next, survival.albedo);
             let edge = edge.map(|e| Edge { scattered: if survival.guides { e.scattered } else { 0.0 }, ..e });
-            Arrival { parent: packet.kept[k], weight, edge }
-        });
-        let (paths, b) = (&self.batch.wave.paths, &mut self.batch.next);
-        b.rays.push(&Ray { org, dir: next.wi, tfar: f32::INFINITY });
-        b.paths.push(Continuation {
-            slot: paths.slot[packet.ray[k]],
-            throughput: paths.throughput[packet.ray[k]] * weight,
-            rng,
-            pdf: next.pdf.map(|pdf| pdf.mixture),
-            analog: survival.analog,
-            arrival,
-        });
+            b.next.paths.arrival.push(Arrival { parent: packet.kept[k], weight, edge });
+        }
+        let (paths, i) = (&b.wave.paths, packet.ray[k]);
+        let throughput = paths.state[i].throughput * weight;
+        let pdf = next.pdf.map(|pdf| pdf.mixture);
+        b.next.rays.push(&Ray { org, dir: next.wi, tfar: f32::INFINITY });
+        b.next.paths.push(paths.slot[i], PathState { throughput, rng, pdf, analog: survival.analog });
     }
 }
 
