@@ -117,7 +117,7 @@ fn table_sample(bencher: Bencher, table: TableKind) {
     let guide = table.learnt();
     let field = guide.field();
     let summary = field.summary(state(&guide, Vec3::new(0.5, 1e-4, 0.5))).expect("the floor was visited");
-    let draw = |(u, inside): &(f64, [f32; 2])| field.distribution(summary, Vec3::Y).sample(*u, *inside).y;
+    let draw = |(u, inside): &(f64, [f32; 2])| field.distribution(summary, Vec3::Y).sample(*u, *inside).0.y;
     time(bencher, |rng| (rng.f64(), rng.f32x2()), draw);
 }
 

@@ -33,14 +33,17 @@ pub(super) enum Directions<'f> {
     /// Strata drawn in proportion to weights of this very vertex: where each ends, the last at the sum of all.
     Weighed {
         strata: &'f Strata,
-        ends: Vec<f32>,
+        ends: Box<[f32]>,
     },
-    /// The same for the leaves of a tree.
-    WeighedTree {
-        nodes: &'f [Node],
-        leaves: LeafIndex,
-        ends: Vec<f32>,
-    },
+    /// The same for the leaves of a tree. Boxed, so that distributions without are small.
+    WeighedTree(Box<WeighedTree<'f>>),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct WeighedTree<'f> {
+    nodes: &'f [Node],
+    leaves: LeafIndex,
+    ends: Vec<f32>,
 }
 
 /// The frame of directions in world space.
@@ -81,17 +84,22 @@ impl<'f> GuidingDistribution<'f> {
         let directions = match &self.directions {
             // its cells reach beyond any lobe's width, and it is the published method, which knows no product
             Directions::Quadtree(quadtree) => Directions::Quadtree(*quadtree),
-            Directions::Tree(nodes) | Directions::WeighedTree { nodes, .. } => {
+            Directions::Tree(nodes) => {
                 tree::leaves(nodes, &mut add);
-                Directions::WeighedTree { nodes, leaves: LeafIndex::new(nodes), ends }
+                Directions::WeighedTree(Box::new(WeighedTree { nodes, leaves: LeafIndex::new(nodes), ends }))
+            }
+            Directions::WeighedTree(tree) => {
+                let WeighedTree { nodes, ref leaves, .. } = **tree;
+                tree::leaves(nodes, &mut add);
+                Directions::WeighedTree(Box::new(WeighedTree { nodes, leaves: leaves.clone(), ends }))
             }
             Directions::Strata { strata, row } => {
                 (0..strata.count()).for_each(|k| add(row_pmf(strata, row, k), strata.direction(k, [0.5; 2])));
-                Directions::Weighed { strata, ends }
+                Directions::Weighed { strata, ends: ends.into() }
             }
             Directions::Weighed { strata, ends: own } => {
                 (0..strata.count()).for_each(|k| add(share(own, k), strata.direction(k, [0.5; 2])));
-                Directions::Weighed { strata, ends }
+                Directions::Weighed { strata, ends: ends.into() }
             }
         };
         GuidingDistribution { frame, directions }
@@ -103,18 +111,30 @@ impl<'f> GuidingDistribution<'f> {
         GuidingDistribution { frame: WORLD, directions: Directions::Quadtree(quadtree) }
     }
 
-    /// A direction in world space; its density is `pdf` of it. `u` chooses where to look, `inside` where within; in a
-    /// quadtree `inside` is for both.
+    /// A direction in world space and its density, that of `pdf` but where rounding takes it over the border of a cell.
+    /// `u` chooses where to look, `inside` where within; in a quadtree `inside` is for both.
     #[inline]
-    pub fn sample(&self, u: f64, inside: [f32; 2]) -> Vec3 {
-        let local = match &self.directions {
+    pub fn sample(&self, u: f64, inside: [f32; 2]) -> (Vec3, f32) {
+        let (local, pdf) = match &self.directions {
             Directions::Tree(nodes) => tree::sample(nodes, u, inside),
-            Directions::Quadtree(quadtree) => quadtree.sample(inside),
-            Directions::Strata { strata, row } => strata.direction(stratum(strata, row, u), inside),
-            Directions::Weighed { strata, ends } => strata.direction(weighed(ends, u), inside),
-            Directions::WeighedTree { leaves, ends, .. } => leaves.direction(weighed(ends, u), inside),
+            Directions::Quadtree(quadtree) => {
+                let w = quadtree.sample(inside);
+                (w, quadtree.pdf(w))
+            }
+            Directions::Strata { strata, row } => {
+                let k = stratum(strata, row, u);
+                (strata.direction(k, inside), strata.density(row_pmf(strata, row, k)))
+            }
+            Directions::Weighed { strata, ends } => {
+                let k = weighed(ends, u);
+                (strata.direction(k, inside), strata.density(pmf(ends, k)))
+            }
+            Directions::WeighedTree(tree) => {
+                let k = weighed(&tree.ends, u);
+                (tree.leaves.direction(k, inside), pmf(&tree.ends, k) / tree.leaves.solid_angle(k))
+            }
         };
-        self.frame.to_world(local)
+        (self.frame.to_world(local), pdf)
     }
 
     /// Density per steradian of `sample` at the unit direction `w`; 0 below the horizon of the state's frame.
@@ -132,9 +152,9 @@ impl<'f> GuidingDistribution<'f> {
                 let Some(k) = strata.index(local) else { return 0.0 };
                 strata.density(pmf(ends, k))
             }
-            Directions::WeighedTree { nodes, leaves, ends } => {
-                let Some(k) = leaves.leaf(nodes, local) else { return 0.0 };
-                pmf(ends, k) / leaves.solid_angle(k)
+            Directions::WeighedTree(tree) => {
+                let Some(k) = tree.leaves.leaf(tree.nodes, local) else { return 0.0 };
+                pmf(&tree.ends, k) / tree.leaves.solid_angle(k)
             }
         }
     }

@@ -197,7 +197,7 @@ mod tests {
             assert_eq!(summary.rays, 2.0);
             let distribution = leaves.distribution(summary);
             let mut rng = Rng::new(2);
-            let up = (0..1000).filter(|_| distribution.sample(0.0, rng.f32x2()).z > 0.0).count();
+            let up = (0..1000).filter(|_| distribution.sample(0.0, rng.f32x2()).0.z > 0.0).count();
             // the filter spreads a little of the light over the horizon, and below it cells are large
             let down = distribution.pdf(-Vec3::Z);
             assert!(up > 900 && down < 0.2 * UNIFORM_SPHERE_PDF, "{x}: {up} of 1000 upwards");

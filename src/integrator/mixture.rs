@@ -59,23 +59,29 @@ impl<'a> Mixture<'a> {
     /// Value f·|cosθ| of the BSDF's smooth lobes and density of the mixture at `wi` (world space).
     #[inline]
     pub fn eval_pdf(&self, si: &SurfaceInteraction, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
-        let (f, pdf) = self.eval(si, wo, wi);
-        (f, pdf.mixture)
-    }
-
-    #[inline]
-    fn eval(&self, si: &SurfaceInteraction, wo: Vec3, wi: Vec3) -> (Rgb, Densities) {
         if !si.consistent(wi) {
-            return (Rgb::ZERO, Densities { mixture: 0.0, bsdf: 0.0, guide: 0.0 });
+            return (Rgb::ZERO, 0.0);
         }
         let (f, pdf) = self.bsdf.eval_pdf(wo, si.frame.to_local(wi));
-        (f, self.densities(pdf, wi))
+        (f, self.density(pdf, wi))
+    }
+
+    /// Density of the mixture at `wi` (world space), where the BSDF has the density `bsdf`.
+    #[inline(always)]
+    pub fn density(&self, bsdf: f32, wi: Vec3) -> f32 {
+        self.densities(bsdf, wi).mixture
     }
 
     #[inline]
     fn densities(&self, bsdf: f32, wi: Vec3) -> Densities {
-        let Some(guide) = self.guide else { return Densities { mixture: bsdf, bsdf, guide: -1.0 } };
-        let guide = guide.pdf(wi);
+        match self.guide {
+            Some(guide) => self.mixed(bsdf, guide.pdf(wi)),
+            None => Densities { mixture: bsdf, bsdf, guide: -1.0 },
+        }
+    }
+
+    #[inline]
+    fn mixed(&self, bsdf: f32, guide: f32) -> Densities {
         Densities { mixture: self.bsdf_fraction * bsdf + (1.0 - self.bsdf_fraction) * guide, bsdf, guide }
     }
 
@@ -85,8 +91,12 @@ impl<'a> Mixture<'a> {
         let Some(guide) = self.guide.filter(|_| rng.f32() >= self.bsdf_fraction) else {
             return self.sample_bsdf(si, wo, rng);
         };
-        let wi = guide.sample(rng.f64(), rng.f32x2());
-        let (f, pdf) = self.eval(si, wo, wi);
+        let (wi, guide_pdf) = guide.sample(rng.f64(), rng.f32x2());
+        if !si.consistent(wi) {
+            return None;
+        }
+        let (f, bsdf_pdf) = self.bsdf.eval_pdf(wo, si.frame.to_local(wi));
+        let pdf = self.mixed(bsdf_pdf, guide_pdf);
         (f != Rgb::ZERO && pdf.mixture > 0.0).then(|| DirectionSample { wi, weight: f / pdf.mixture, pdf: Some(pdf) })
     }
 

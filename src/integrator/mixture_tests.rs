@@ -144,7 +144,8 @@ fn directions_follow_the_density_of_the_whole_mixture() {
         let bsdf = model.at(COLORS);
         for fraction in fractions {
             let vertex = Vertex::random(table, &mut rng);
-            let mixture = vertex.mixture(&bsdf, &vertex.guide(), fraction);
+            let guide = vertex.guide();
+            let mixture = vertex.mixture(&bsdf, &guide, fraction);
             assert!(mixture.guide.is_some());
             let report = vertex.chi2(&mixture, &mut rng, |wi| wi);
             assert!(report.passes(level), "{name}, {table:?}, BSDF share {fraction}: {report}");
@@ -162,7 +163,8 @@ fn another_share_of_the_bsdf_is_another_density() {
     let model = diffuse();
     let bsdf = model.at(COLORS);
     let vertex = Vertex::random(DirectionTable::Tree, &mut rng);
-    let (truth, lie) = (vertex.mixture(&bsdf, &vertex.guide(), 0.3), vertex.mixture(&bsdf, &vertex.guide(), 0.4));
+    let guide = vertex.guide();
+    let (truth, lie) = (vertex.mixture(&bsdf, &guide, 0.3), vertex.mixture(&bsdf, &guide, 0.4));
     let test = DirectionTest { samples: 60_000, ..DirectionTest::new(Domain::Sphere) };
     let sample = || truth.sample(&vertex.si, vertex.wo, &mut rng).map(|s| s.wi);
     let report = test.run(sample, |wi| {
@@ -180,7 +182,8 @@ fn weights_are_value_over_density() {
         let bsdf = model.at(COLORS);
         for fraction in [0.05, 0.3, 1.0] {
             let vertex = Vertex::random(table, &mut rng);
-            let mixture = vertex.mixture(&bsdf, &vertex.guide(), fraction);
+            let guide = vertex.guide();
+            let mixture = vertex.mixture(&bsdf, &guide, fraction);
             for _ in 0..500 {
                 let Some(s) = mixture.sample(&vertex.si, vertex.wo, &mut rng) else { continue };
                 let Some(drawn) = s.pdf else { continue };
@@ -203,7 +206,8 @@ fn delta_lobes_keep_their_light_whatever_the_share() {
     let bsdf = model.at(COLORS);
     let vertex = Vertex::random(DirectionTable::Tree, &mut rng);
     let reflected = |fraction: f32, rng: &mut Rng| {
-        let mixture = vertex.mixture(&bsdf, &vertex.guide(), fraction);
+        let guide = vertex.guide();
+        let mixture = vertex.mixture(&bsdf, &guide, fraction);
         let n = 100_000;
         let values: Vec<f64> = (0..n)
             .map(|_| mixture.sample(&vertex.si, vertex.wo, rng).filter(|s| s.pdf.is_none()))
@@ -223,7 +227,8 @@ fn sharp_lobes_are_left_to_their_own_sampling() {
     for (alpha, guided) in [(0.1, false), (0.29, false), (0.31, true)] {
         let model = metal(alpha);
         let bsdf = model.at(COLORS);
-        let mixture = vertex.mixture(&bsdf, &vertex.guide(), 0.3);
+        let guide = vertex.guide();
+        let mixture = vertex.mixture(&bsdf, &guide, 0.3);
         assert_eq!((mixture.guide.is_some(), mixture.bsdf_fraction), (guided, if guided { 0.3 } else { 1.0 }));
     }
 }

@@ -66,7 +66,11 @@ impl Lights {
     /// `None` where the chosen light sends nothing to `p`: that sample counts as zero.
     pub fn sample(&self, p: Vec3, u_choice: f64, u: [f32; 2]) -> Option<LightSample> {
         let (index, rest) = self.choice.choose(u_choice)?;
-        if index < self.triangles.len() { usable(self.sample_triangle(index, p, u)) } else { self.sample_other(index, rest, p, u) }
+        if index < self.triangles.len() {
+            usable(self.sample_triangle(index, p, u))
+        } else {
+            self.sample_other(index, rest, p, u)
+        }
     }
 
     /// A light and what is left of `u_choice`.

@@ -81,7 +81,7 @@ fn seen(guide: &Guide) -> Vec<Option<Vec<u32>>> {
         let distribution = field.distribution(summary, Vec3::Y);
         let known = [summary.irradiance, summary.peak, summary.visits, summary.bsdf_fraction];
         let densities = (0..20).map(|_| distribution.pdf(unit(&mut rng)));
-        let drawn: Vec<Vec3> = (0..5).map(|k| distribution.sample(0.2 * k as f64, [0.3; 2])).collect();
+        let drawn: Vec<Vec3> = (0..5).map(|k| distribution.sample(0.2 * k as f64, [0.3; 2]).0).collect();
         let drawn = drawn.iter().flat_map(|w| w.to_array());
         Some(known.into_iter().chain(densities.collect::<Vec<_>>()).chain(drawn).map(f32::to_bits).collect())
     };

@@ -18,7 +18,7 @@ pub(super) fn chi2(
     let cos_bins = if domain == Whole::Sphere { 12 } else { 6 };
     let test = DirectionTest { cos_bins, phi_bins: 16, samples: 50_000, depth: 3, domain };
     let sample = || {
-        let w = frame.to_local(d.sample(rng.f64(), rng.f32x2()));
+        let w = frame.to_local(d.sample(rng.f64(), rng.f32x2()).0);
         // the way to world space and back rounds; what is below the horizon by more than that fails the test
         Some(if domain == Whole::Hemisphere && w.z > -1e-6 { w.with_z(w.z.max(0.0)) } else { w })
     };
@@ -100,7 +100,7 @@ fn directions_of_the_sphere_follow_their_density() {
             let test = |w: Vec3| other.pdf(w);
             let sampled =
                 DirectionTest { cos_bins: 12, phi_bins: 16, samples: 50_000, depth: 3, domain: Whole::Sphere };
-            let wrong = sampled.run(|| Some(distribution.sample(rng.f64(), rng.f32x2())), test);
+            let wrong = sampled.run(|| Some(distribution.sample(rng.f64(), rng.f32x2()).0), test);
             // without cosines both normals may have the same strata above the horizon; a spike leaves the rest no draws
             let few = *sampling == GuideSampling::Q || name == "spiked";
             assert!(few || !wrong.passes(1e-6), "{name}, {strata}, {sampling:?}: another normal, and unseen: {wrong}");
@@ -149,7 +149,7 @@ fn directions_lie_above_the_plane_of_the_state() {
             let summary = summary(&guide, key);
             let distribution = guide.field().distribution(&summary, -n);
             for _ in 0..200 {
-                let w = distribution.sample(rng.f64(), rng.f32x2());
+                let w = distribution.sample(rng.f64(), rng.f32x2()).0;
                 // the normal is packed: wrong by less than 1e-4
                 assert!(w.is_normalized() && w.dot(n) > -2e-4 && distribution.pdf(w).is_finite());
             }

@@ -100,7 +100,8 @@ fn cells_are_drawn_as_often_as_their_density_says() {
         for _ in 0..100_000 {
             // away from the borders of cells, where rounding decides
             let inside = rng.f32x2().map(|u| 0.005 + 0.99 * u);
-            let w = tree::sample(&nodes, rng.f64(), inside);
+            let (w, density) = tree::sample(&nodes, rng.f64(), inside);
+            assert!((density / tree::pdf(&nodes, w) - 1.0).abs() < 1e-5, "drawn with the density asked for");
             let [x, y] = warp::uniform_hemisphere_to_square(w).map(|u| (u * FINE as f32) as usize);
             counts[y * FINE + x] += 1;
         }

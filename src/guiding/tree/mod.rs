@@ -44,6 +44,17 @@ impl Node {
         let to = if k + 1 < FAN { self.starts[k + 1] as u32 } else { WHOLE };
         (self.starts[k] as u32, to)
     }
+
+    /// The cell whose part of the unit interval holds `at`. Counting instead of searching: no branch to guess wrong, and
+    /// it runs in vectors. The first cell has always begun.
+    #[inline(always)]
+    fn cell(&self, at: u16) -> usize {
+        let mut begun = 0u16;
+        for start in self.starts {
+            begun += (start <= at) as u16;
+        }
+        begun as usize - 1
+    }
 }
 
 /// Bytes that a node takes, learnt and frozen.
@@ -51,23 +62,28 @@ pub fn bytes_per_node() -> usize {
     FAN * (size_of::<Entry>() + size_of::<u16>()) + size_of::<Node>()
 }
 
-/// Draws a direction in the state's frame from the nodes of a state.
+/// Draws a direction in the state's frame from the nodes of a state; with its density per steradian, as [`pdf`] gives it.
 #[inline]
-pub fn sample(nodes: &[Node], mut u: f64, inside: [f32; 2]) -> Vec3 {
-    let (mut node, mut place) = (&nodes[0], Place::ROOT);
+pub fn sample(nodes: &[Node], mut u: f64, inside: [f32; 2]) -> (Vec3, f32) {
+    let (mut node, mut place, mut density) = (&nodes[0], Place::ROOT, 1.0 / TAU);
     loop {
-        let at = (u * WHOLE as f64) as u16;
-        // counting instead of searching: no branch to guess wrong, and it runs in vectors
-        let k = node.starts[1..].iter().map(|&start| (start <= at) as usize).sum::<usize>();
+        let k = node.cell((u * WHOLE as f64) as u16);
         place = place.cell(k);
+        let (from, to) = node.range(k);
+        density *= concentration(from, to);
         let child = node.children[k] as usize;
         if child == 0 {
-            return place.direction(inside);
+            return (place.direction(inside), density);
         }
-        let (from, to) = node.range(k);
         u = ((u * WHOLE as f64 - from as f64) / (to - from) as f64).min(crate::math::ONE_MINUS_EPSILON_F64);
         node = &nodes[child];
     }
+}
+
+/// How many times as dense as its node a cell is that has this part of the unit interval.
+#[inline]
+fn concentration(from: u32, to: u32) -> f32 {
+    (to - from) as f32 * (FAN as f32 / WHOLE as f32)
 }
 
 /// Density per steradian of [`sample`] at a direction in the state's frame; 0 below the horizon.
@@ -79,7 +95,7 @@ pub fn pdf(nodes: &[Node], local: Vec3) -> f32 {
     for depth in 1..=DEPTH {
         let k = cell_at(x, y, depth);
         let (from, to) = node.range(k);
-        density *= (to - from) as f32 * (FAN as f32 / WHOLE as f32);
+        density *= concentration(from, to);
         match node.children[k] as usize {
             0 => break,
             child => node = &nodes[child],

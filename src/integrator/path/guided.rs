@@ -27,8 +27,7 @@ pub(super) struct Guided<'a> {
 
 impl<'a, P: Probe> Walk<'a, '_, P> {
     /// Asks the guide about the vertices of a packet: first where all of them are in its memory, then what is there.
-    pub(super) fn ask_the_guide(&mut self, packet: &mut Packet<'a>, depth: u32) {
-        let Some(guide) = self.integrator.guide else { return };
+    pub(super) fn ask_the_guide(&mut self, guide: GuideUse<'a>, packet: &mut Packet<'a>, depth: u32) {
         for k in 0..packet.surfaces.len() {
             packet.guided[k] = match packet.bsdf[k] {
                 Some(bsdf) if bsdf.has_smooth() => self.state(guide, packet, k),
@@ -36,11 +35,12 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             };
         }
         for k in 0..packet.surfaces.len() {
-            let known = packet.bsdf[k].zip(packet.guided[k].and_then(|guided| guided.summary));
-            packet.directions[k] = known.and_then(|(bsdf, summary)| {
-                self.expect(guide, summary, &bsdf, depth, packet.kept[k]);
-                self.directions(guide, summary, packet, k, &bsdf)
-            });
+            let (Some(bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdf[k], packet.guided[k]) else {
+                packet.directions[k] = None;
+                continue;
+            };
+            self.expect(guide, summary, &bsdf, depth, packet.kept[k]);
+            packet.directions[k] = self.directions(guide, summary, packet, k, &bsdf);
         }
     }
 

@@ -3,8 +3,8 @@
 
 use super::packet::Packet;
 use super::{Probe, Stage, Walk, Wave};
-use crate::geometry::SurfaceInteraction;
 use crate::embree::Ray;
+use crate::geometry::SurfaceInteraction;
 use crate::math::Rgb;
 use crate::math::lanes::{LANES, Vec3Lanes};
 use glam::Vec3;

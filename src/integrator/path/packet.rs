@@ -71,10 +71,16 @@ impl Packet<'_> {
             pdf[k] = if lit { pdf[k] } else { 0.0 };
         }
         for k in 0..surfaces.len() {
-            if !self.is_plain(k) && self.lights.pdf[k] > 0.0 && let Some(mixture) = self.mixture(k) {
+            if self.is_plain(k) || self.lights.pdf[k] <= 0.0 {
+                continue;
+            }
+            let Some(mixture) = self.mixture(k) else { continue };
+            if !self.diffuse.is(k) {
                 let (value, density) = mixture.eval_pdf(&surfaces.get(k), surfaces.wo_local(k), wi.get(k));
                 f.set(k, value);
                 pdf[k] = density;
+            } else if f.get(k) != Rgb::ZERO {
+                pdf[k] = mixture.density(pdf[k], wi.get(k));
             }
         }
     }

@@ -41,8 +41,10 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         }
 
         // What the guide knows of each place.
-        self.probe.step(Stage::Guide);
-        self.ask_the_guide(packet, depth);
+        if let Some(guide) = self.integrator.guide {
+            self.probe.step(Stage::Guide);
+            self.ask_the_guide(guide, packet, depth);
+        }
 
         // Direct light.
         self.probe.step(Stage::NextEvent);
