@@ -206,3 +206,7 @@ impl Default for Surfaces {
         Surfaces::new()
     }
 }
+
+#[cfg(test)]
+#[path = "surfaces_tests.rs"]
+pub mod tests;

@@ -166,10 +166,8 @@ fn stratum(strata: &Strata, row: &[u16], u: f64) -> usize {
     let columns = strata.columns();
     let (lines, starts) = row.split_at(strata.lines());
     let at = (u * WHOLE as f64) as u16;
-    // counting instead of searching: no branch to guess wrong, and it runs in vectors
-    let begun = |starts: &[u16]| starts.iter().map(|&start| (start <= at) as usize).sum::<usize>();
-    let line = begun(&lines[1..]);
-    line * columns + begun(&starts[line * columns + 1..(line + 1) * columns])
+    let line = tree::begun(&lines[1..], at);
+    line * columns + tree::begun(&starts[line * columns + 1..(line + 1) * columns], at)
 }
 
 /// Probability of stratum `k` in a row of `Field::rows`.

@@ -3,6 +3,7 @@
 mod chi2;
 mod consistency;
 mod energy;
+mod lanes;
 mod reference;
 
 use super::*;

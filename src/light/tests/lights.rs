@@ -17,13 +17,13 @@ fn quad(c: [Vec3; 4]) -> Vec<EmissiveTriangle> {
 }
 
 /// The unit square 0 ≤ x, y ≤ 1 at the height 1, shining down.
-fn ceiling() -> Vec<EmissiveTriangle> {
+pub fn ceiling() -> Vec<EmissiveTriangle> {
     let at = |x, y| Vec3::new(x, y, 1.0);
     quad([at(0.0, 0.0), at(0.0, 1.0), at(1.0, 1.0), at(1.0, 0.0)])
 }
 
 /// The square 0 ≤ y, z ≤ 1 at x = 1, shining towards −x.
-fn wall() -> Vec<EmissiveTriangle> {
+pub fn wall() -> Vec<EmissiveTriangle> {
     let at = |y, z| Vec3::new(1.0, y, z);
     quad([at(0.0, 0.0), at(0.0, 1.0), at(1.0, 1.0), at(1.0, 0.0)])
 }

@@ -2,6 +2,7 @@
 
 mod environment;
 mod lights;
+mod samples;
 
 use crate::math::rng::Rng;
 use crate::math::warp::square_to_uniform_sphere;

@@ -1,0 +1,99 @@
+use super::*;
+use crate::geometry::{Attribute, Indices};
+use crate::math::{rng::Rng, warp};
+use glam::{Affine3A, Quat};
+
+/// Triangles of all sizes, some without corner normals, some with normals that face either way.
+pub fn mesh(rng: &mut Rng, normals: bool) -> Mesh {
+    let triangles = 50;
+    let mut point = |scale: f32| (Vec3::new(rng.f32(), rng.f32(), rng.f32()) - 0.5) * scale;
+    let positions = (0..3 * triangles).map(|k| point(10f32.powi(k / 3 % 7 - 3)).into()).collect();
+    let values = (0..3 * triangles).map(|_| point(1.0).normalize().into()).collect();
+    let indices = |absent: bool| {
+        (0..triangles as u32)
+            .map(move |t| if absent && t % 3 == 0 { [u32::MAX; 3] } else { [3 * t, 3 * t + 1, 3 * t + 2] })
+    };
+    Mesh {
+        positions,
+        triangles: indices(false).collect(),
+        normals: normals.then(|| Attribute { values, indices: Indices::Own(indices(true).collect()) }),
+        uvs: None,
+        materials: (0..triangles as u32).collect(),
+    }
+}
+
+/// A hit on a triangle of the mesh, and where it is seen from.
+pub fn hit(mesh: &Mesh, rng: &mut Rng) -> (Hit, Vec3) {
+    let primitive = rng.next_u32() % mesh.triangles.len() as u32;
+    let [a, b, c] = mesh.corners(primitive as usize);
+    let [u, v] = warp::square_to_triangle(rng.f32x2());
+    let hit = Hit { t: 1.0, u, v, ng: (b - a).cross(c - a), primitive, geometry: 0, instance: u32::MAX };
+    (hit, warp::square_to_uniform_sphere(rng.f32x2()))
+}
+
+/// A packet of hits on random triangles.
+pub fn packet(rng: &mut Rng) -> Surfaces {
+    let mesh = mesh(rng, true);
+    let mut surfaces = Surfaces::new();
+    for _ in 0..LANES {
+        let (hit, wo) = hit(&mesh, rng);
+        surfaces.push(&mesh, &hit, wo);
+    }
+    surfaces.resolve();
+    surfaces
+}
+
+#[test]
+fn points_of_a_packet_are_those_of_single_hits() {
+    let mut rng = Rng::new(1);
+    let shear =
+        Affine3A::from_scale_rotation_translation(Vec3::new(-1.0, 3.0, 0.2), Quat::from_rotation_y(0.4), Vec3::ONE);
+    let place = Placement::new(shear);
+    let mut surfaces = Surfaces::new();
+    for round in 0..400 {
+        let mesh = mesh(&mut rng, round % 2 == 0);
+        let mut single = Vec::new();
+        surfaces.clear();
+        for k in 0..1 + round % LANES {
+            let (hit, wo) = hit(&mesh, &mut rng);
+            match k % 3 {
+                0 => surfaces.push_placed(&mesh, &place, &hit, wo),
+                _ => surfaces.push(&mesh, &hit, wo),
+            }
+            let si = if k % 3 == 0 {
+                SurfaceInteraction::placed(&mesh, &place, &hit, wo)
+            } else {
+                SurfaceInteraction::new(&mesh, &hit, wo)
+            };
+            single.push((si, wo));
+        }
+        surfaces.resolve();
+        assert_eq!(surfaces.len(), single.len());
+        for (k, (si, wo)) in single.iter().enumerate() {
+            // what is printed tells all floats apart
+            assert_eq!(format!("{:?}", surfaces.get(k)), format!("{si:?}"));
+            assert_eq!(surfaces.wo_local(k), si.frame.to_local(*wo));
+            assert_eq!(surfaces.facing_normal(k), si.facing(*wo));
+        }
+    }
+}
+
+#[test]
+fn directions_of_a_packet_are_those_of_single_points() {
+    let mut rng = Rng::new(2);
+    for _ in 0..100 {
+        let surfaces = packet(&mut rng);
+        let mut w = Vec3Lanes::ZERO;
+        (0..LANES).for_each(|k| w.set(k, warp::square_to_uniform_sphere(rng.f32x2())));
+        let [mut local, mut world, mut origin] = [Vec3Lanes::ZERO; 3];
+        surfaces.to_local(&w, &mut local);
+        surfaces.leave(&local, &mut world, &mut origin);
+        for k in 0..LANES {
+            let si = surfaces.get(k);
+            assert_eq!(local.get(k), si.frame.to_local(w.get(k)));
+            assert_eq!(world.get(k), si.frame.to_world(local.get(k)));
+            assert_eq!(origin.get(k), si.spawn(world.get(k)));
+            assert_eq!(surfaces.consistent(k, w.get(k)), si.consistent(w.get(k)));
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! A packet's lights against those drawn one by one.
+
+use super::lights::{ceiling, wall};
+use crate::geometry::surfaces::tests::packet;
+use crate::light::{Light, LightSamples, Lights};
+use crate::math::Rgb;
+use crate::math::lanes::{LANES, Vec3Lanes};
+use crate::math::rng::Rng;
+use glam::Vec3;
+
+fn lights() -> Lights {
+    let mut triangles = ceiling();
+    triangles.extend(wall().into_iter().map(|t| crate::light::EmissiveTriangle { mesh: 1, two_sided: true, ..t }));
+    let others = vec![
+        Light::Point { position: Vec3::new(0.2, 0.7, 2.0), intensity: Rgb::new(1.0, 2.0, 3.0) },
+        Light::Directional { direction: Vec3::new(1.0, -2.0, 0.5), irradiance: Rgb::ONE },
+        Light::Constant { radiance: Rgb::splat(0.3) },
+    ];
+    Lights::build(&triangles, others, 1.0).unwrap()
+}
+
+#[test]
+fn lights_of_a_packet_are_those_of_single_draws() {
+    let (lights, mut rng, mut drawn) = (lights(), Rng::new(31), LightSamples::new());
+    let (mut lit, mut dark, mut deltas) = (0, 0, 0);
+    for _ in 0..300 {
+        let surfaces = packet(&mut rng);
+        let mut single = [None; LANES];
+        for (k, single) in single.iter_mut().enumerate() {
+            let (u_choice, u) = (rng.f64(), rng.f32x2());
+            if k % 5 == 4 {
+                drawn.skip(k);
+            } else {
+                drawn.choose(k, &lights, surfaces.p(k), u_choice, u);
+                *single = lights.sample(surfaces.p(k), u_choice, u);
+            }
+        }
+        drawn.resolve();
+        let (mut org, mut dir, mut tfar) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO, [0.0; LANES]);
+        drawn.shadow_rays(&surfaces, &mut org, &mut dir, &mut tfar);
+        for (k, single) in single.iter().enumerate() {
+            let Some(light) = single else {
+                assert_eq!(drawn.pdf[k], 0.0);
+                dark += 1;
+                continue;
+            };
+            assert_eq!((drawn.wi.get(k), drawn.radiance.get(k)), (light.wi, light.radiance));
+            assert_eq!((drawn.pdf[k], drawn.delta[k]), (light.pdf, light.delta));
+            let ray = light.shadow_ray(surfaces.get(k).spawn(light.wi));
+            assert_eq!((org.get(k), dir.get(k), tfar[k]), (ray.org, ray.dir, ray.tfar));
+            lit += 1;
+            deltas += light.delta as u32;
+        }
+    }
+    assert!(lit > 1000 && dark > 1000 && deltas > 300, "{lit} lit, {dark} dark, {deltas} by delta lights");
+}
