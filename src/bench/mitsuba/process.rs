@@ -80,6 +80,11 @@ impl Process {
         })
     }
 
+    #[cfg(test)]
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Renders, and leaves the picture as OpenEXR in `picture`.
     pub fn render(&mut self, spp: u32, seed: u32, picture: &Path) -> Result<Timing> {
         let order = serde_json::to_string(&Order { spp, seed, picture }).expect("numbers and a path are JSON");
