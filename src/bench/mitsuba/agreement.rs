@@ -124,7 +124,8 @@ pub fn agreement(ours: &Mean, theirs: &Image) -> Result<Agreement> {
     }
     if noise > MOST_NOISE {
         let percent = 100.0 * noise;
-        let message = format!("the picture's mean is known to {percent:.0} % only: more samples are needed to compare it");
+        let message =
+            format!("the picture's mean is known to {percent:.0} % only: more samples are needed to compare it");
         return Err(Error::Scene(message));
     }
     let channels = (0..3).map(|k| whole.excess(k, WHOLE * whole.theirs[k]));

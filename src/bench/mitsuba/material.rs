@@ -30,93 +30,76 @@ pub fn textured(material: &MaterialDescription) -> bool {
 
 fn model(bsdf: &BsdfDescription) -> Result<Element, String> {
     use BsdfDescription as D;
-    let plugin = |kind: &str| Element::new("bsdf").kind(kind);
-    Ok(match bsdf {
-        D::Diffuse { reflectance } => plugin("diffuse").child(color("reflectance", reflectance)?),
-        D::DiffuseTransmitter { .. } => return Err("a diffuse transmitter".into()),
-        D::Conductor { eta_k, specular_reflectance, alpha, distribution } => {
-            let metal = rough(plugin(if *alpha > 0.0 { "roughconductor" } else { "conductor" }), *alpha, *distribution);
-            let metal = match eta_k {
-                None => metal.string("material", "none"),
-                Some((eta, k)) => metal.color("eta", *eta).color("k", *k),
-            };
-            metal.child(color("specular_reflectance", specular_reflectance)?)
+    match *bsdf {
+        D::Diffuse { ref reflectance } => Ok(plugin("diffuse").child(color("reflectance", reflectance)?)),
+        D::DiffuseTransmitter { .. } => Err("a diffuse transmitter".into()),
+        D::Conductor { eta_k, ref specular_reflectance, alpha, distribution } => {
+            let metal = conductor(eta_k, rough(["conductor", "roughconductor"], alpha, distribution));
+            Ok(metal.child(color("specular_reflectance", specular_reflectance)?))
         }
-        D::Dielectric {
-            int_ior,
-            ext_ior,
-            specular_reflectance,
-            specular_transmittance,
-            alpha,
-            distribution,
-            thin,
-        } => {
+        D::Dielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance, alpha, distribution, thin } => {
             // equal indices bend nothing, however rough the interface
-            let alpha = if int_ior == ext_ior { 0.0 } else { *alpha };
-            let kind = match (thin, alpha > 0.0) {
-                (true, _) => "thindielectric",
-                (false, true) => "roughdielectric",
-                (false, false) => "dielectric",
-            };
-            rough(indices(plugin(kind), *int_ior, *ext_ior), alpha, *distribution)
-                .color("specular_reflectance", *specular_reflectance)
-                .color("specular_transmittance", *specular_transmittance)
+            let alpha = if int_ior == ext_ior { 0.0 } else { alpha };
+            let smooth = if thin { "thindielectric" } else { "dielectric" };
+            let glass = indices(rough([smooth, "roughdielectric"], alpha, distribution), int_ior, ext_ior);
+            let glass = glass.color("specular_reflectance", specular_reflectance);
+            Ok(glass.color("specular_transmittance", specular_transmittance))
         }
-        D::Plastic { reflectance, specular_reflectance, int_ior, ext_ior, alpha, distribution, nonlinear } => {
-            let coat = plugin(if *alpha > 0.0 { "roughplastic" } else { "plastic" });
-            rough(indices(coat, *int_ior, *ext_ior), *alpha, *distribution)
-                .child(color("diffuse_reflectance", reflectance)?)
-                .color("specular_reflectance", *specular_reflectance)
-                .value("boolean", "nonlinear", nonlinear)
+        D::Plastic { ref reflectance, specular_reflectance, int_ior, ext_ior, alpha, distribution, nonlinear } => {
+            let coat = indices(rough(["plastic", "roughplastic"], alpha, distribution), int_ior, ext_ior);
+            let coat =
+                coat.color("specular_reflectance", specular_reflectance).value("boolean", "nonlinear", nonlinear);
+            Ok(coat.child(color("diffuse_reflectance", reflectance)?))
         }
-        D::Principled { .. } => principled(plugin("principled"), bsdf)?,
-        D::Null => plugin("null"),
-    })
+        D::Principled {
+            ref base_color,
+            metallic,
+            roughness,
+            specular,
+            spec_tint,
+            clearcoat,
+            clearcoat_gloss,
+            sheen,
+            sheen_tint,
+        } => Ok(plugin("principled")
+            .float("metallic", metallic)
+            .float("roughness", roughness)
+            .float("specular", specular)
+            .float("spec_tint", spec_tint)
+            .float("clearcoat", clearcoat)
+            .float("clearcoat_gloss", clearcoat_gloss)
+            .float("sheen", sheen)
+            .float("sheen_tint", sheen_tint)
+            .child(color("base_color", base_color)?)),
+        D::Null => Ok(plugin("null")),
+    }
 }
 
-fn principled(plugin: Element, bsdf: &BsdfDescription) -> Result<Element, String> {
-    let BsdfDescription::Principled {
-        base_color,
-        metallic,
-        roughness,
-        specular,
-        spec_tint,
-        clearcoat,
-        clearcoat_gloss,
-        sheen,
-        sheen_tint,
-    } = bsdf
-    else {
-        return Ok(plugin);
-    };
-    let numbers = [
-        ("metallic", metallic),
-        ("roughness", roughness),
-        ("specular", specular),
-        ("spec_tint", spec_tint),
-        ("clearcoat", clearcoat),
-        ("clearcoat_gloss", clearcoat_gloss),
-        ("sheen", sheen),
-        ("sheen_tint", sheen_tint),
-    ];
-    let all = numbers.into_iter().fold(plugin, |plugin, (name, number)| plugin.float(name, *number));
-    Ok(all.child(color("base_color", base_color)?))
+fn plugin(kind: &str) -> Element {
+    Element::new("bsdf").kind(kind)
+}
+
+fn conductor(eta_k: Option<(Rgb, Rgb)>, metal: Element) -> Element {
+    match eta_k {
+        None => metal.string("material", "none"),
+        Some((eta, k)) => metal.color("eta", eta).color("k", k),
+    }
 }
 
 fn indices(plugin: Element, int_ior: f32, ext_ior: f32) -> Element {
     plugin.float("int_ior", int_ior).float("ext_ior", ext_ior)
 }
 
-/// The distribution of microfacets, where there is one.
-fn rough(plugin: Element, alpha: f32, distribution: MicrofacetDistribution) -> Element {
+/// The plug-in for smooth surfaces, or that for rough ones with its microfacets.
+fn rough([smooth, rough]: [&str; 2], alpha: f32, distribution: MicrofacetDistribution) -> Element {
     if alpha == 0.0 {
-        return plugin;
+        return plugin(smooth);
     }
     let name = match distribution {
         MicrofacetDistribution::Ggx => "ggx",
         MicrofacetDistribution::Beckmann => "beckmann",
     };
-    plugin.string("distribution", name).float("alpha", alpha)
+    plugin(rough).string("distribution", name).float("alpha", alpha)
 }
 
 fn color(name: &str, texture: &ColorTexture) -> Result<Element, String> {

@@ -17,6 +17,7 @@ pub use agreement::Agreement;
 
 use super::own::{OurFigures, Own};
 use super::{median, settings};
+use crate::film::accumulate::Estimate;
 use crate::film::exr::{self, Metadata, Window, read_rgb};
 use crate::film::image::{Image, Layer};
 use crate::film::png;
@@ -82,9 +83,10 @@ pub struct Mitsuba {
     scene: Scene,
     processes: Vec<Process>,
     missing: Vec<Missing>,
+    warnings: Vec<String>,
     folder: PathBuf,
     /// Deletes the folder where it is not to be kept.
-    _temporary: Option<TempDir>,
+    temporary: Option<TempDir>,
 }
 
 impl Mitsuba {
@@ -104,7 +106,7 @@ impl Mitsuba {
         };
         let folder = temporary.as_ref().map_or_else(|| keep.unwrap_or(Path::new(".")), TempDir::path).to_owned();
         let translation = Translation::write(description, plan.spp, &folder)?;
-        let (scene, _) = Scene::load(&translation.description, plan.threads)?;
+        let (scene, warnings) = Scene::load(&translation.description, plan.threads)?;
         let (mut processes, mut missing) = (Vec::new(), Vec::new());
         for variant in VARIANTS {
             match Process::start(python, variant, &translation.file, plan.threads)? {
@@ -112,12 +114,17 @@ impl Mitsuba {
                 Started::Missing(reason) => missing.push(Missing { variant, reason }),
             }
         }
-        Ok(Mitsuba { plan, translation, scene, processes, missing, folder, _temporary: temporary })
+        Ok(Mitsuba { plan, translation, scene, processes, missing, warnings, folder, temporary })
     }
 
     /// The variants that will not be measured.
     pub fn missing(&self) -> &[Missing] {
         &self.missing
+    }
+
+    /// What loading the scene has to say.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Measures all in turns, after one that does not count: Mitsuba compiles its kernels in it.
@@ -126,46 +133,40 @@ impl Mitsuba {
     /// A process that fails, and pictures that are not the same but for noise.
     pub fn measure(mut self, turns: usize) -> Result<MitsubaReport> {
         let (width, height) = (self.scene.camera.width as usize, self.scene.camera.height as usize);
-        let mut taken: Vec<Turn> = Vec::new();
+        let mut taken = Vec::new();
         let mut pictures = vec![Mean::new(width, height); 1 + self.processes.len()];
         for turn in 0..=turns {
-            let (own, estimate, others) = self.turn(turn as u64)?;
+            let Turn { own, estimate, theirs } = self.turn(turn as u64)?;
             if turn == 0 {
                 continue;
             }
             pictures[0].add_estimate(&estimate);
-            for (mean, (_, picture)) in pictures[1..].iter_mut().zip(&others) {
+            for (mean, (_, picture)) in pictures[1..].iter_mut().zip(&theirs) {
                 mean.add(&picture.data);
             }
-            taken.push((own, others.into_iter().map(|(timing, _)| timing).collect()));
+            taken.push((own, theirs.into_iter().map(|(timing, _)| timing).collect::<Vec<Timing>>()));
         }
         self.keep_pictures(&pictures)?;
         self.report(&taken, &pictures)
     }
 
     /// Each renders once.
-    fn turn(&mut self, turn: u64) -> Result<(Own, crate::film::accumulate::Estimate, Vec<(Timing, Image)>)> {
+    fn turn(&mut self, turn: u64) -> Result<Turn> {
         let mut settings = settings(&self.translation.description, GuidingMethod::None);
         settings.render.seed = settings.render.seed.wrapping_add(turn);
         let (own, estimate) = Own::render(&self.scene, &settings)?;
-        let mut others = Vec::new();
+        let mut theirs = Vec::new();
         for process in &mut self.processes {
             let path = self.folder.join(format!("{}.exr", process.variant));
             // Mitsuba's seeds have 32 bits
             let timing = process.render(self.plan.spp, settings.render.seed as u32, &path)?;
-            let picture = read_rgb(&path)?;
-            let (width, height) = (estimate.width as usize, estimate.height as usize);
-            if (picture.width, picture.height) != (width, height) {
-                let size = format!("{} × {} pixels, not {width} × {height}", picture.width, picture.height);
-                return Err(Error::file(&path, size));
-            }
-            others.push((timing, picture));
+            theirs.push((timing, picture(&path, estimate.width as usize, estimate.height as usize)?));
         }
-        Ok((own, estimate, others))
+        Ok(Turn { own, estimate, theirs })
     }
 
     fn keep_pictures(&self, pictures: &[Mean]) -> Result<()> {
-        if self._temporary.is_some() {
+        if self.temporary.is_some() {
             return Ok(());
         }
         let names = std::iter::once("phototaxis").chain(self.processes.iter().map(|process| process.variant));
@@ -178,7 +179,7 @@ impl Mitsuba {
         Ok(())
     }
 
-    fn report(&self, taken: &[Turn], pictures: &[Mean]) -> Result<MitsubaReport> {
+    fn report(&self, taken: &[(Own, Vec<Timing>)], pictures: &[Mean]) -> Result<MitsubaReport> {
         let figures = |(k, process): (usize, &Process)| {
             let agreement = agreement(&pictures[0], &pictures[k + 1].image)?;
             if agreement.worst > 1.0 {
@@ -200,7 +201,21 @@ impl Mitsuba {
 }
 
 /// Phototaxis' render, and each process'.
-type Turn = (Own, Vec<Timing>);
+struct Turn {
+    own: Own,
+    estimate: Estimate,
+    theirs: Vec<(Timing, Image)>,
+}
+
+/// A picture that must have this size.
+fn picture(path: &Path, width: usize, height: usize) -> Result<Image> {
+    let picture = read_rgb(path)?;
+    if (picture.width, picture.height) == (width, height) {
+        return Ok(picture);
+    }
+    let message = format!("{} × {} pixels, not {width} × {height}", picture.width, picture.height);
+    Err(Error::file(path, message))
+}
 
 fn differ(variant: &str, agreement: &Agreement) -> Error {
     Error::Scene(format!(

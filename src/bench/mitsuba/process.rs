@@ -92,18 +92,16 @@ impl Process {
             return Err(self.ended());
         }
         let timing: Timing = self.answer()?;
-        if timing.seconds > 0.0 && timing.cpu_seconds > 0.0 {
-            Ok(timing)
-        } else {
-            Err(self.fault("it took no time"))
-        }
+        if timing.seconds > 0.0 && timing.cpu_seconds > 0.0 { Ok(timing) } else { Err(self.fault("it took no time")) }
     }
 
     fn answer<T: for<'a> Deserialize<'a>>(&mut self) -> Result<T> {
         let mut line = String::new();
         match self.answers.read_line(&mut line) {
             Ok(0) => Err(self.ended()),
-            Ok(_) => serde_json::from_str(&line).map_err(|_| self.fault(&format!("unexpected answer: {}", line.trim()))),
+            Ok(_) => {
+                serde_json::from_str(&line).map_err(|_| self.fault(&format!("unexpected answer: {}", line.trim())))
+            }
             Err(error) => Err(Error::io(&self.program)(error)),
         }
     }

@@ -1,7 +1,6 @@
 use super::*;
 use crate::scene::file;
 use std::fs;
-use std::time::Duration;
 
 mod imposter;
 mod translated;

@@ -39,6 +39,7 @@ pub fn run(arguments: &MitsubaArguments) -> Result<()> {
     warn(&warnings);
     let plan = MitsubaPlan { spp: arguments.spp, threads: rayon::current_num_threads() };
     let mitsuba = Mitsuba::start(&description, plan, python, arguments.keep.as_deref())?;
+    warn(mitsuba.warnings());
     for missing in mitsuba.missing() {
         eprintln!("SKIPPED: Mitsuba's {} does not run by {}: {}", missing.variant, python.display(), missing.reason);
         eprintln!("(pip install mitsuba; llvm_ad_rgb needs LLVM: apt-get install libllvm19, DRJIT_LIBLLVM_PATH)");
