@@ -7,6 +7,8 @@
 mod clock;
 mod cpu;
 mod load;
+mod mitsuba;
+mod own;
 mod pathtracer;
 mod rays;
 mod record;
@@ -18,7 +20,9 @@ mod tests;
 
 pub use clock::{Clock, Split};
 pub use load::{LoadReport, TobjFigure, load};
-pub use pathtracer::{EmbreeFigures, EmbreePlan, EmbreeReport, OurFigures, PointLight, embree, find_pathtracer};
+pub use mitsuba::{Agreement, Missing, Mitsuba, MitsubaFigures, MitsubaPlan, MitsubaReport, VARIANTS};
+pub use own::OurFigures;
+pub use pathtracer::{EmbreeFigures, EmbreePlan, EmbreeReport, PointLight, embree, find_pathtracer};
 pub use rays::{RaysReport, ReplayFigure, WholeFigure, rays};
 pub use record::{Kind, RecordedWave, Recorder, Recording};
 pub use replay::{RayOrder, RaySet};

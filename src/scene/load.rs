@@ -27,9 +27,13 @@ use std::time::Instant;
 
 /// What is gathered from the files before anything is built.
 #[derive(Default)]
-struct Gathered {
-    meshes: Vec<Mesh>,
-    materials: Vec<MaterialDescription>,
+pub(crate) struct Gathered {
+    /// In the description's order and in place.
+    pub meshes: Vec<Mesh>,
+    /// What the meshes' material numbers mean.
+    pub materials: Vec<MaterialDescription>,
+    /// Of the materials.
+    pub names: Vec<String>,
     /// Index in `materials` by library and name: two models may use one name for two things.
     ids: FxHashMap<(Option<usize>, String), u32>,
     warnings: Vec<String>,
@@ -42,11 +46,7 @@ impl Scene {
     /// # Errors
     /// Missing and malformed files, with file and line; a scene without triangles.
     pub fn load(description: &SceneDescription, threads: usize) -> Result<(Scene, Vec<String>)> {
-        let mut gathered = Gathered::default();
-        for (k, mesh) in description.meshes.iter().enumerate() {
-            gathered.add_mesh(k, mesh, description)?;
-        }
-        let Gathered { meshes, materials, mut warnings, .. } = gathered;
+        let Gathered { meshes, materials, mut warnings, .. } = Gathered::of(description)?;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
@@ -85,6 +85,15 @@ impl Scene {
 }
 
 impl Gathered {
+    /// Reads all models that the description names.
+    pub fn of(description: &SceneDescription) -> Result<Gathered> {
+        let mut gathered = Gathered::default();
+        for (k, mesh) in description.meshes.iter().enumerate() {
+            gathered.add_mesh(k, mesh, description)?;
+        }
+        Ok(gathered)
+    }
+
     /// Loads one model, moves it into place, and gives its materials their numbers in the scene.
     fn add_mesh(&mut self, model: usize, place: &MeshDescription, scene: &SceneDescription) -> Result<()> {
         let loaded = obj::load(&place.path)?;
@@ -118,6 +127,7 @@ impl Gathered {
         }
         let own = || library.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
         self.materials.push(named.cloned().or_else(own).unwrap_or_default());
+        self.names.push(name.to_string());
         let id = self.materials.len() as u32 - 1;
         self.ids.insert((owner, name.to_string()), id);
         id

@@ -12,6 +12,7 @@ pub mod obj;
 pub mod texture;
 
 pub use camera::Camera;
+pub(crate) use load::Gathered;
 
 use crate::bsdf::Bsdf;
 use crate::embree::{self, Hit, Ray};

@@ -12,11 +12,11 @@ mod tests;
 pub use program::{EmbreePlan, find_pathtracer};
 pub use stand_in::PointLight;
 
-use super::{cpu, median};
+use super::own::{OurFigures, Own};
+use super::{median, settings};
 use crate::Result;
-use crate::render::{Settings, render};
 use crate::scene::Scene;
-use crate::scene::description::SceneDescription;
+use crate::scene::description::{GuidingMethod, SceneDescription};
 use crate::stats::Median;
 use program::{Frames, run};
 use serde::Serialize;
@@ -34,15 +34,6 @@ pub struct EmbreeReport {
     pub phototaxis: OurFigures,
     /// `None` where the program is not installed.
     pub pathtracer: Option<EmbreeFigures>,
-}
-
-/// Rates are of all threads together.
-#[derive(Clone, Debug, Serialize)]
-pub struct OurFigures {
-    pub msamples_per_second: Median,
-    pub mrays_per_second: Median,
-    pub msamples_per_cpu_second: Option<Median>,
-    pub rays_per_sample: f64,
 }
 
 /// As the program prints them, and from the processor time of whole runs of it.
@@ -73,10 +64,10 @@ pub fn embree(
 ) -> Result<EmbreeReport> {
     let stand_in = StandIn::write(scene, description, plan)?;
     let (own, _) = Scene::load(&stand_in.description, threads)?;
-    let mut taken = Vec::new();
+    let (settings, mut taken) = (settings(&stand_in.description, GuidingMethod::None), Vec::new());
     for _ in 0..turns {
         let theirs = program.map(|program| run(program, &stand_in, plan)).transpose()?;
-        taken.push((ours(&own, &stand_in.description)?, theirs));
+        taken.push((Own::render(&own, &settings)?.0, theirs));
     }
     Ok(EmbreeReport {
         width: own.camera.width,
@@ -84,50 +75,15 @@ pub fn embree(
         triangles: own.triangles(),
         plan: *plan,
         light: stand_in.light,
-        phototaxis: our_figures(&taken)?,
+        phototaxis: OurFigures::of(taken.iter().map(|(ours, _)| ours))?,
         pathtracer: program.map(|_| their_figures(&taken)).transpose()?,
     })
 }
 
-struct Ours {
-    samples: f64,
-    rays: f64,
-    seconds: f64,
-    cpu_seconds: f64,
-}
-
-fn ours(scene: &Scene, description: &SceneDescription) -> Result<Ours> {
-    let settings = Settings {
-        integrator: description.integrator.clone(),
-        guiding: description.guiding.clone(),
-        render: description.render.clone(),
-    };
-    let before = cpu::times()?;
-    let rendering = render(scene, &settings, &mut |_| true);
-    let cpu_seconds = cpu::times()?.own - before.own;
-    let counters = rendering.iterations.iter().map(|i| &i.counters);
-    Ok(Ours {
-        samples: counters.clone().map(|c| c.paths).sum::<u64>() as f64,
-        rays: counters.map(|c| c.rays + c.shadow_rays).sum::<u64>() as f64,
-        seconds: rendering.seconds,
-        cpu_seconds,
-    })
-}
-
-type Turn = (Ours, Option<Frames>);
-
-fn our_figures(taken: &[Turn]) -> Result<OurFigures> {
-    let of = |figure: fn(&Ours) -> f64| taken.iter().map(|(ours, _)| figure(ours)).collect::<Vec<f64>>();
-    Ok(OurFigures {
-        msamples_per_second: median(&of(|o| o.samples * 1e-6 / o.seconds))?,
-        mrays_per_second: median(&of(|o| o.rays * 1e-6 / o.seconds))?,
-        msamples_per_cpu_second: Median::of(&of(|o| o.samples * 1e-6 / o.cpu_seconds)),
-        rays_per_sample: median(&of(|o| o.rays / o.samples))?.median,
-    })
-}
+type Turn = (Own, Option<Frames>);
 
 fn their_figures(taken: &[Turn]) -> Result<EmbreeFigures> {
-    let of = |figure: fn(&Ours, &Frames) -> f64| {
+    let of = |figure: fn(&Own, &Frames) -> f64| {
         taken.iter().filter_map(|(ours, theirs)| Some(figure(ours, theirs.as_ref()?))).collect::<Vec<f64>>()
     };
     Ok(EmbreeFigures {
@@ -135,8 +91,8 @@ fn their_figures(taken: &[Turn]) -> Result<EmbreeFigures> {
         mrays_per_second: median(&of(|_, f| f.mrays_per_second))?,
         msamples_per_cpu_second: Median::of(&of(|_, f| f.msamples_per_cpu_second())),
         rays_per_sample: median(&of(|_, f| f.rays_per_sample()))?.median,
-        ratio: median(&of(|o, f| o.samples * 1e-6 / o.seconds / f.msamples_per_second))?,
-        cpu_ratio: Median::of(&of(|o, f| o.samples * 1e-6 / o.cpu_seconds / f.msamples_per_cpu_second())),
+        ratio: median(&of(|o, f| o.msamples_per_second() / f.msamples_per_second))?,
+        cpu_ratio: Median::of(&of(|o, f| o.msamples_per_cpu_second() / f.msamples_per_cpu_second())),
         cpu_ray_ratio: Median::of(&of(|o, f| {
             o.rays * 1e-6 / o.cpu_seconds / (f.msamples_per_cpu_second() * f.rays_per_sample())
         })),

@@ -2,6 +2,7 @@
 
 mod embree;
 mod load;
+mod mitsuba;
 mod output;
 mod rays;
 mod render;
@@ -30,6 +31,8 @@ enum Bench {
     Load(load::LoadArguments),
     /// Compare with the path tracer of Embree's own tutorials (Debian's package embree-tools) on the same work.
     Embree(embree::EmbreeArguments),
+    /// Compare with the path tracer of Mitsuba 3 (Python's package mitsuba) on the same scene.
+    Mitsuba(mitsuba::MitsubaArguments),
 }
 
 pub fn run(arguments: &BenchArguments) -> Result<ExitCode> {
@@ -38,6 +41,7 @@ pub fn run(arguments: &BenchArguments) -> Result<ExitCode> {
         Bench::Render(arguments) => render::run(arguments)?,
         Bench::Load(arguments) => load::run(arguments)?,
         Bench::Embree(arguments) => embree::run(arguments)?,
+        Bench::Mitsuba(arguments) => mitsuba::run(arguments)?,
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -13,6 +13,7 @@ mod svg;
 pub use plot::{Labels, Point, Series, plot};
 pub use raster::png;
 pub use stack::{Sheet, Stack, stacks};
+pub(crate) use svg::escape;
 
 use super::cell::Cell;
 use super::plan::Plan;

@@ -101,18 +101,52 @@ fn embree_does_the_same_work() {
 }
 
 #[test]
+fn mitsuba_is_skipped_aloud_where_it_is_missing() {
+    let here = folder();
+    let mut command = phototaxis(here.path());
+    command.args(["bench", "mitsuba"]).arg(scene("cornell.toml")).args(TINY).env("PATH", here.path());
+    let output = command.args(["--turns", "1", "--json", "-"]).assert().code(0).get_output().clone();
+    for variant in ["scalar_rgb", "llvm_ad_rgb"] {
+        let said = format!("SKIPPED: Mitsuba's {variant} does not run by python3");
+        assert!(stderr(&output).contains(&said), "{}", stderr(&output));
+    }
+    let figures: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(figures["missing"][1]["variant"], "llvm_ad_rgb");
+    assert!(figures["mitsuba"].as_array().unwrap().is_empty(), "{figures}");
+    assert!(is_median(&figures["phototaxis"]["mrays_per_second"]), "{figures}");
+}
+
+#[test]
+fn mitsuba_renders_the_same_scene() {
+    let Some(python) = std::env::var_os("PHOTOTAXIS_PYTHON") else {
+        eprintln!("SKIPPED: PHOTOTAXIS_PYTHON names no Python that has Mitsuba");
+        return;
+    };
+    let more = ["--set", "film.width=64", "--set", "film.height=64", "--python", python.to_str().unwrap()];
+    let (table, figures, chart) = all_outputs("mitsuba", "cornell.toml", &more);
+    for variant in figures["mitsuba"].as_array().unwrap() {
+        assert!(is_median(&variant["ratio"]) && table.contains(variant["variant"].as_str().unwrap()), "{variant}");
+        assert!(variant["agreement"]["worst"].as_f64().unwrap() < 1.0, "{variant}");
+    }
+    assert!(table.contains("scalar_rgb") && chart.contains("Mitsuba scalar_rgb"), "{table}");
+}
+
+#[test]
 fn what_cannot_be_measured_is_refused() {
     let here = folder();
     std::fs::write(here.path().join("empty.obj"), "v 0 0 0\n").unwrap();
     let cornell = scene("cornell.toml");
     let cornell = cornell.to_str().unwrap();
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 12] = [
         (&["rays", "none.toml"], "none.toml"),
         (&["render", "none.toml"], "none.toml"),
         (&["load", "none.obj"], "none.obj"),
         (&["load", "empty.obj"], "no triangles"),
         (&["embree", "none.toml"], "none.toml"),
         (&["embree", cornell, "--program", "none"], "no such program"),
+        (&["mitsuba", "none.toml"], "none.toml"),
+        (&["mitsuba", cornell, "--python", "none"], "no such program"),
+        (&["mitsuba", cornell, "--set", "integrator.mis=false"], "Mitsuba has no counterpart"),
         (&["rays", cornell, "--svg", "chart.png"], "written as .svg"),
         (&["rays", cornell, "--json", "no/folder.json"], "its folder does not exist"),
         (&["render", cornell, "--set", "film.width=0"], "film.width"),

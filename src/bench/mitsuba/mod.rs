@@ -1,0 +1,243 @@
+//! Mitsuba 3 on the same work: its path tracer, in its scalar and its vectorised variant.
+//!
+//! The scene is written as files of Mitsuba's ([`translation`]), or refused where Mitsuba has no counterpart of
+//! something in it. One Python process for each variant loads it once, and renders whenever its turn comes.
+//! `docs/performance.md` says what is not the same.
+
+mod agreement;
+mod material;
+mod meshes;
+mod process;
+#[cfg(test)]
+mod tests;
+mod translation;
+mod xml;
+
+pub use agreement::Agreement;
+
+use super::own::{OurFigures, Own};
+use super::{median, settings};
+use crate::film::accumulate::Estimate;
+use crate::film::exr::{self, Metadata, Window, read_rgb};
+use crate::film::image::{Image, Layer};
+use crate::film::png;
+use crate::scene::Scene;
+use crate::scene::description::{GuidingMethod, SceneDescription};
+use crate::stats::Median;
+use crate::{Error, Result};
+use agreement::{Mean, agreement};
+use process::{Process, Started, Timing};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+use translation::Translation;
+
+/// The variants that are measured.
+pub const VARIANTS: [&str; 2] = ["scalar_rgb", "llvm_ad_rgb"];
+
+/// What all do.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct MitsubaPlan {
+    /// Samples per pixel of each render.
+    pub spp: u32,
+    pub threads: usize,
+}
+
+/// A variant that cannot run here, and why.
+#[derive(Clone, Debug, Serialize)]
+pub struct Missing {
+    pub variant: &'static str,
+    pub reason: String,
+}
+
+/// All renderers' figures.
+#[derive(Clone, Debug, Serialize)]
+pub struct MitsubaReport {
+    pub width: u32,
+    pub height: u32,
+    pub triangles: usize,
+    pub max_depth: u32,
+    pub plan: MitsubaPlan,
+    pub phototaxis: OurFigures,
+    pub mitsuba: Vec<MitsubaFigures>,
+    pub missing: Vec<Missing>,
+}
+
+/// Of one variant. Rates are of all threads together.
+#[derive(Clone, Debug, Serialize)]
+pub struct MitsubaFigures {
+    pub variant: &'static str,
+    pub version: String,
+    pub msamples_per_second: Median,
+    pub msamples_per_cpu_second: Option<Median>,
+    /// Phototaxis' figures over these, turn by turn.
+    pub ratio: Median,
+    pub cpu_ratio: Option<Median>,
+    pub agreement: Agreement,
+}
+
+/// All renderers, each with the scene loaded.
+pub struct Mitsuba {
+    plan: MitsubaPlan,
+    translation: Translation,
+    scene: Scene,
+    processes: Vec<Process>,
+    missing: Vec<Missing>,
+    warnings: Vec<String>,
+    folder: PathBuf,
+    /// Deletes the folder where it is not to be kept.
+    temporary: Option<TempDir>,
+}
+
+impl Mitsuba {
+    /// Writes the scene, into `keep` if it is named, and starts the interpreter `python` for each variant.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] names what Mitsuba has no counterpart of; and where a process fails to load the scene.
+    pub fn start(
+        description: &SceneDescription,
+        plan: MitsubaPlan,
+        python: &Path,
+        keep: Option<&Path>,
+    ) -> Result<Mitsuba> {
+        let temporary = match keep {
+            None => Some(TempDir::with_prefix("phototaxis-bench-").map_err(Error::io(std::env::temp_dir()))?),
+            Some(folder) => std::fs::create_dir_all(folder).map(|()| None).map_err(Error::io(folder))?,
+        };
+        let folder = temporary.as_ref().map_or_else(|| keep.unwrap_or(Path::new(".")), TempDir::path).to_owned();
+        let translation = Translation::write(description, plan.spp, &folder)?;
+        let (scene, warnings) = Scene::load(&translation.description, plan.threads)?;
+        let (mut processes, mut missing) = (Vec::new(), Vec::new());
+        for variant in VARIANTS {
+            match Process::start(python, variant, &translation.file, plan.threads)? {
+                Started::Ready(process) => processes.push(process),
+                Started::Missing(reason) => missing.push(Missing { variant, reason }),
+            }
+        }
+        Ok(Mitsuba { plan, translation, scene, processes, missing, warnings, folder, temporary })
+    }
+
+    /// The variants that will not be measured.
+    pub fn missing(&self) -> &[Missing] {
+        &self.missing
+    }
+
+    /// What loading the scene has to say.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Measures all in turns, after one that does not count: Mitsuba compiles its kernels in it.
+    ///
+    /// # Errors
+    /// A process that fails, and pictures that are not the same but for noise.
+    pub fn measure(mut self, turns: usize) -> Result<MitsubaReport> {
+        let (width, height) = (self.scene.camera.width as usize, self.scene.camera.height as usize);
+        let mut taken = Vec::new();
+        let mut pictures = vec![Mean::new(width, height); 1 + self.processes.len()];
+        for turn in 0..=turns {
+            let Turn { own, estimate, theirs } = self.turn(turn as u64)?;
+            if turn == 0 {
+                continue;
+            }
+            pictures[0].add_estimate(&estimate);
+            for (mean, (_, picture)) in pictures[1..].iter_mut().zip(&theirs) {
+                mean.add(&picture.data);
+            }
+            taken.push((own, theirs.into_iter().map(|(timing, _)| timing).collect::<Vec<Timing>>()));
+        }
+        self.keep_pictures(&pictures)?;
+        self.report(&taken, &pictures)
+    }
+
+    /// Each renders once.
+    fn turn(&mut self, turn: u64) -> Result<Turn> {
+        let mut settings = settings(&self.translation.description, GuidingMethod::None);
+        settings.render.seed = settings.render.seed.wrapping_add(turn);
+        let (own, estimate) = Own::render(&self.scene, &settings)?;
+        let mut theirs = Vec::new();
+        for process in &mut self.processes {
+            let path = self.folder.join(format!("{}.exr", process.variant));
+            // Mitsuba's seeds have 32 bits
+            let timing = process.render(self.plan.spp, settings.render.seed as u32, &path)?;
+            theirs.push((timing, picture(&path, estimate.width as usize, estimate.height as usize)?));
+        }
+        Ok(Turn { own, estimate, theirs })
+    }
+
+    fn keep_pictures(&self, pictures: &[Mean]) -> Result<()> {
+        if self.temporary.is_some() {
+            return Ok(());
+        }
+        let names = std::iter::once("phototaxis").chain(self.processes.iter().map(|process| process.variant));
+        for (name, Mean { image, .. }) in names.zip(pictures) {
+            let path = self.folder.join(name);
+            png::write(&path.with_extension("png"), image, self.translation.description.film.exposure)?;
+            let (window, layer) = (Window::full(image.width, image.height), Layer::color("", &image.data));
+            exr::write(&path.with_extension("exr"), &window, vec![layer], &Metadata::default())?;
+        }
+        Ok(())
+    }
+
+    fn report(&self, taken: &[(Own, Vec<Timing>)], pictures: &[Mean]) -> Result<MitsubaReport> {
+        let figures = |(k, process): (usize, &Process)| {
+            let agreement = agreement(&pictures[0], &pictures[k + 1].image)?;
+            if agreement.worst > 1.0 {
+                return Err(differ(process.variant, &agreement));
+            }
+            figures(process, agreement, taken.iter().map(|(own, others)| (own, &others[k])))
+        };
+        Ok(MitsubaReport {
+            width: self.scene.camera.width,
+            height: self.scene.camera.height,
+            triangles: self.scene.triangles(),
+            max_depth: self.translation.description.integrator.max_depth,
+            plan: self.plan,
+            phototaxis: OurFigures::of(taken.iter().map(|(own, _)| own))?,
+            mitsuba: self.processes.iter().enumerate().map(figures).collect::<Result<_>>()?,
+            missing: self.missing.clone(),
+        })
+    }
+}
+
+/// Phototaxis' render, and each process'.
+struct Turn {
+    own: Own,
+    estimate: Estimate,
+    theirs: Vec<(Timing, Image)>,
+}
+
+/// A picture that must have this size.
+fn picture(path: &Path, width: usize, height: usize) -> Result<Image> {
+    let picture = read_rgb(path)?;
+    if (picture.width, picture.height) == (width, height) {
+        return Ok(picture);
+    }
+    let message = format!("{} × {} pixels, not {width} × {height}", picture.width, picture.height);
+    Err(Error::file(path, message))
+}
+
+fn differ(variant: &str, agreement: &Agreement) -> Error {
+    Error::Scene(format!(
+        "Mitsuba's {variant} renders another picture: Phototaxis' is {:.3} ± {:.3} times as bright, and a part of it \
+         differs by {:.1} times what is tolerated (--keep shows both)",
+        agreement.brightness, agreement.noise, agreement.worst
+    ))
+}
+
+fn figures<'a>(
+    process: &Process,
+    agreement: Agreement,
+    taken: impl Iterator<Item = (&'a Own, &'a Timing)> + Clone,
+) -> Result<MitsubaFigures> {
+    let of = |figure: fn(&Own, &Timing) -> f64| taken.clone().map(|(o, t)| figure(o, t)).collect::<Vec<f64>>();
+    Ok(MitsubaFigures {
+        variant: process.variant,
+        version: process.version.clone(),
+        msamples_per_second: median(&of(|o, t| o.samples * 1e-6 / t.seconds))?,
+        msamples_per_cpu_second: Median::of(&of(|o, t| o.samples * 1e-6 / t.cpu_seconds)),
+        ratio: median(&of(|o, t| t.seconds / o.seconds))?,
+        cpu_ratio: Median::of(&of(|o, t| t.cpu_seconds / o.cpu_seconds)),
+        agreement,
+    })
+}

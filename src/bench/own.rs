@@ -1,0 +1,64 @@
+//! Phototaxis' own part in a comparison with another renderer.
+
+use super::{cpu, median};
+use crate::Result;
+use crate::film::accumulate::Estimate;
+use crate::render::{Settings, render};
+use crate::scene::Scene;
+use crate::stats::Median;
+use serde::Serialize;
+
+/// Rates are of all threads together.
+#[derive(Clone, Debug, Serialize)]
+pub struct OurFigures {
+    pub msamples_per_second: Median,
+    pub mrays_per_second: Median,
+    pub msamples_per_cpu_second: Option<Median>,
+    pub rays_per_sample: f64,
+}
+
+/// One render.
+pub struct Own {
+    pub samples: f64,
+    pub rays: f64,
+    pub seconds: f64,
+    /// Processor seconds of all threads.
+    pub cpu_seconds: f64,
+}
+
+impl Own {
+    /// Renders with the threads of the current pool.
+    pub fn render(scene: &Scene, settings: &Settings) -> Result<(Own, Estimate)> {
+        let before = cpu::times()?;
+        let rendering = render(scene, settings, &mut |_| true);
+        let cpu_seconds = cpu::times()?.own - before.own;
+        let counters = rendering.iterations.iter().map(|i| &i.counters);
+        let own = Own {
+            samples: counters.clone().map(|c| c.paths).sum::<u64>() as f64,
+            rays: counters.map(|c| c.rays + c.shadow_rays).sum::<u64>() as f64,
+            seconds: rendering.seconds,
+            cpu_seconds,
+        };
+        Ok((own, rendering.estimate))
+    }
+
+    pub fn msamples_per_second(&self) -> f64 {
+        self.samples * 1e-6 / self.seconds
+    }
+
+    pub fn msamples_per_cpu_second(&self) -> f64 {
+        self.samples * 1e-6 / self.cpu_seconds
+    }
+}
+
+impl OurFigures {
+    pub fn of<'a>(renders: impl Iterator<Item = &'a Own> + Clone) -> Result<OurFigures> {
+        let of = |figure: fn(&Own) -> f64| renders.clone().map(figure).collect::<Vec<f64>>();
+        Ok(OurFigures {
+            msamples_per_second: median(&of(Own::msamples_per_second))?,
+            mrays_per_second: median(&of(|o| o.rays * 1e-6 / o.seconds))?,
+            msamples_per_cpu_second: Median::of(&of(Own::msamples_per_cpu_second)),
+            rays_per_sample: median(&of(|o| o.rays / o.samples))?.median,
+        })
+    }
+}
