@@ -88,14 +88,14 @@ pub(super) struct Point {
 impl Facet {
     fn of(mesh: &Mesh, hit: &Hit, wo: Vec3) -> Facet {
         let corners = mesh.corners(hit.primitive as usize);
-        let normals = corner_normals(mesh, hit).unwrap_or_default();
+        let normals = corner_normals(mesh, hit.primitive as usize).unwrap_or_default();
         Facet { corners, normals, winding: hit.ng, weights: [hit.u, hit.v], reach: 0.0, wo }
     }
 
     pub fn placed(mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) -> Facet {
         let own = mesh.corners(hit.primitive as usize);
         let corners = own.map(|p| placement.point(p));
-        let normals = corner_normals(mesh, hit).map(|normals| normals.map(|n| placement.normal(n)));
+        let normals = corner_normals(mesh, hit.primitive as usize).map(|normals| normals.map(|n| placement.normal(n)));
         let reach = placement.reach(extent(own));
         let winding = placement.normal(hit.ng);
         Facet { corners, normals: normals.unwrap_or_default(), winding, weights: [hit.u, hit.v], reach, wo }
@@ -133,8 +133,8 @@ fn extent([a, b, c]: [Vec3; 3]) -> Vec3 {
 }
 
 #[inline(always)]
-pub(super) fn corner_normals(mesh: &Mesh, hit: &Hit) -> Option<[Vec3; 3]> {
-    let [a, b, c] = mesh.normals.as_ref()?.corners(&mesh.triangles, hit.primitive as usize)?;
+pub(super) fn corner_normals(mesh: &Mesh, triangle: usize) -> Option<[Vec3; 3]> {
+    let [a, b, c] = mesh.normals.as_ref()?.corners(&mesh.triangles, triangle)?;
     Some([Vec3::from(a), Vec3::from(b), Vec3::from(c)])
 }
 

@@ -8,8 +8,12 @@ use glam::Vec3;
 
 /// Up to [`LANES`] hits and the points that follow from them: what [`SurfaceInteraction::new`] gives one by one, to the
 /// last bit.
-pub struct Surfaces {
+pub struct Surfaces<'a> {
     len: usize,
+    /// Where corners, normals, texture coordinates and materials are still to be read.
+    unread: [Option<&'a Mesh>; LANES],
+    primitive: [u32; LANES],
+    triangle: [[u32; 3]; LANES],
     corners: [Vec3Lanes; 3],
     normals: [Vec3Lanes; 3],
     winding: Vec3Lanes,
@@ -27,10 +31,13 @@ pub struct Surfaces {
     wo_local: Vec3Lanes,
 }
 
-impl Surfaces {
-    pub fn new() -> Surfaces {
+impl<'a> Surfaces<'a> {
+    pub fn new() -> Self {
         Surfaces {
             len: 0,
+            unread: [None; LANES],
+            primitive: [0; LANES],
+            triangle: [[0; 3]; LANES],
             corners: [Vec3Lanes::ZERO; 3],
             normals: [Vec3Lanes::ZERO; 3],
             winding: Vec3Lanes::ZERO,
@@ -63,46 +70,67 @@ impl Surfaces {
 
     /// Adds the point of `hit` on `mesh`, met by a ray that leaves towards `wo` (unit). At most [`LANES`].
     #[inline(always)]
-    pub fn push(&mut self, mesh: &Mesh, hit: &Hit, wo: Vec3) {
+    pub fn push(&mut self, mesh: &'a Mesh, hit: &Hit, wo: Vec3) {
         let k = self.len;
-        let corners = mesh.corners(hit.primitive as usize);
-        (0..3).for_each(|c| self.corners[c].set(k, corners[c]));
-        match corner_normals(mesh, hit) {
-            Some(normals) => (0..3).for_each(|c| self.normals[c].set(k, normals[c])),
-            None => (0..3).for_each(|c| self.normals[c].set(k, Vec3::ZERO)),
-        }
+        self.unread[k] = Some(mesh);
+        self.primitive[k] = hit.primitive;
+        self.triangle[k] = mesh.triangles[hit.primitive as usize];
         self.winding.set(k, hit.ng);
         self.reach[k] = 0.0;
-        self.finish(mesh, hit, wo);
+        self.finish(hit, wo);
     }
 
     /// The same on an instance of `mesh`.
     #[inline(never)]
     pub fn push_placed(&mut self, mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) {
         let (k, facet) = (self.len, Facet::placed(mesh, placement, hit, wo));
+        self.unread[k] = None;
         for c in 0..3 {
             self.corners[c].set(k, facet.corners[c]);
             self.normals[c].set(k, facet.normals[c]);
         }
         self.winding.set(k, facet.winding);
         self.reach[k] = facet.reach;
-        self.finish(mesh, hit, wo);
+        self.read_attributes(k, mesh, hit.primitive as usize, hit.u, hit.v);
+        self.finish(hit, wo);
     }
 
     #[inline(always)]
-    fn finish(&mut self, mesh: &Mesh, hit: &Hit, wo: Vec3) {
+    fn finish(&mut self, hit: &Hit, wo: Vec3) {
         let k = self.len;
         (self.weights[0][k], self.weights[1][k]) = (hit.u, hit.v);
         self.wo.set(k, wo);
-        let triangle = hit.primitive as usize;
-        let [u, v] = mesh.uv(triangle, hit.u, hit.v);
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn read_attributes(&mut self, k: usize, mesh: &Mesh, triangle: usize, u: f32, v: f32) {
+        let [u, v] = mesh.uv(triangle, u, v);
         (self.uv[0][k], self.uv[1][k]) = (u, v);
         self.material[k] = mesh.materials[triangle];
-        self.len += 1;
+    }
+
+    /// Reads what meshes say. In large scenes that is not in any cache: by now the indices of all have been asked for, and
+    /// nothing below waits for anything but them.
+    #[inline(always)]
+    fn read(&mut self) {
+        for k in 0..self.len {
+            let Some(mesh) = self.unread[k] else { continue };
+            let (triangle, [a, b, c]) = (self.primitive[k] as usize, self.triangle[k]);
+            self.corners[0].set(k, Vec3::from(mesh.positions[a as usize]));
+            self.corners[1].set(k, Vec3::from(mesh.positions[b as usize]));
+            self.corners[2].set(k, Vec3::from(mesh.positions[c as usize]));
+            match corner_normals(mesh, triangle) {
+                Some(normals) => (0..3).for_each(|c| self.normals[c].set(k, normals[c])),
+                None => (0..3).for_each(|c| self.normals[c].set(k, Vec3::ZERO)),
+            }
+            self.read_attributes(k, mesh, triangle, self.weights[0][k], self.weights[1][k]);
+        }
     }
 
     /// Finds the points of all that was added. Lanes beyond hold what was there before, and are as good as any.
     pub fn resolve(&mut self) {
+        self.read();
         for k in 0..LANES {
             let facet = Facet {
                 corners: [self.corners[0].get(k), self.corners[1].get(k), self.corners[2].get(k)],
@@ -201,8 +229,8 @@ impl Surfaces {
     }
 }
 
-impl Default for Surfaces {
-    fn default() -> Surfaces {
+impl Default for Surfaces<'_> {
+    fn default() -> Self {
         Surfaces::new()
     }
 }

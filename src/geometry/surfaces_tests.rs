@@ -32,12 +32,11 @@ pub fn hit(mesh: &Mesh, rng: &mut Rng) -> (Hit, Vec3) {
 }
 
 /// A packet of hits on random triangles.
-pub fn packet(rng: &mut Rng) -> Surfaces {
-    let mesh = mesh(rng, true);
+pub fn packet<'a>(mesh: &'a Mesh, rng: &mut Rng) -> Surfaces<'a> {
     let mut surfaces = Surfaces::new();
     for _ in 0..LANES {
-        let (hit, wo) = hit(&mesh, rng);
-        surfaces.push(&mesh, &hit, wo);
+        let (hit, wo) = hit(mesh, rng);
+        surfaces.push(mesh, &hit, wo);
     }
     surfaces.resolve();
     surfaces
@@ -49,21 +48,22 @@ fn points_of_a_packet_are_those_of_single_hits() {
     let shear =
         Affine3A::from_scale_rotation_translation(Vec3::new(-1.0, 3.0, 0.2), Quat::from_rotation_y(0.4), Vec3::ONE);
     let place = Placement::new(shear);
+    let meshes = [mesh(&mut rng, true), mesh(&mut rng, false)];
     let mut surfaces = Surfaces::new();
     for round in 0..400 {
-        let mesh = mesh(&mut rng, round % 2 == 0);
+        let mesh = &meshes[round % 2];
         let mut single = Vec::new();
         surfaces.clear();
         for k in 0..1 + round % LANES {
-            let (hit, wo) = hit(&mesh, &mut rng);
+            let (hit, wo) = hit(mesh, &mut rng);
             match k % 3 {
-                0 => surfaces.push_placed(&mesh, &place, &hit, wo),
-                _ => surfaces.push(&mesh, &hit, wo),
+                0 => surfaces.push_placed(mesh, &place, &hit, wo),
+                _ => surfaces.push(mesh, &hit, wo),
             }
             let si = if k % 3 == 0 {
-                SurfaceInteraction::placed(&mesh, &place, &hit, wo)
+                SurfaceInteraction::placed(mesh, &place, &hit, wo)
             } else {
-                SurfaceInteraction::new(&mesh, &hit, wo)
+                SurfaceInteraction::new(mesh, &hit, wo)
             };
             single.push((si, wo));
         }
@@ -82,7 +82,8 @@ fn points_of_a_packet_are_those_of_single_hits() {
 fn directions_of_a_packet_are_those_of_single_points() {
     let mut rng = Rng::new(2);
     for _ in 0..100 {
-        let surfaces = packet(&mut rng);
+        let mesh = mesh(&mut rng, true);
+        let surfaces = packet(&mesh, &mut rng);
         let mut w = Vec3Lanes::ZERO;
         (0..LANES).for_each(|k| w.set(k, warp::square_to_uniform_sphere(rng.f32x2())));
         let [mut local, mut world, mut origin] = [Vec3Lanes::ZERO; 3];

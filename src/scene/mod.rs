@@ -59,7 +59,7 @@ impl Scene {
 
     /// Adds the point of a hit, seen from `wo`, to a packet's.
     #[inline(always)]
-    pub fn meet(&self, hit: Hit, wo: Vec3, surfaces: &mut Surfaces) {
+    pub fn meet<'a>(&'a self, hit: Hit, wo: Vec3, surfaces: &mut Surfaces<'a>) {
         if hit.instance != NO_INSTANCE {
             return self.instances.meet(hit, wo, surfaces);
         }

@@ -12,7 +12,7 @@ use crate::math::{Rgb, rng::Rng};
 /// A packet of vertices. What one step hands on to the next lies side by side, so that each writes and reads no more
 /// than it needs.
 pub(super) struct Packet<'a> {
-    pub surfaces: Surfaces,
+    pub surfaces: Surfaces<'a>,
     /// The ray, by its place in the wave, that met each surface.
     pub ray: [usize; LANES],
     /// How each scatters; `None` where the path ends.

@@ -56,7 +56,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     }
 
     /// The surfaces that rays of a packet met.
-    fn meet(&mut self, rays: Range<usize>, depth: u32, packet: &mut Packet) {
+    fn meet(&mut self, rays: Range<usize>, depth: u32, packet: &mut Packet<'a>) {
         let PathIntegrator { scene, settings, features, .. } = *self.integrator;
         let Packet { surfaces, ray, .. } = packet;
         surfaces.clear();

@@ -1,7 +1,7 @@
 //! A packet's lights against those drawn one by one.
 
 use super::lights::{ceiling, wall};
-use crate::geometry::surfaces::tests::packet;
+use crate::geometry::surfaces::tests::{mesh, packet};
 use crate::light::{Light, LightSamples, Lights};
 use crate::math::Rgb;
 use crate::math::lanes::{LANES, Vec3Lanes};
@@ -24,7 +24,8 @@ fn lights_of_a_packet_are_those_of_single_draws() {
     let (lights, mut rng, mut drawn) = (lights(), Rng::new(31), LightSamples::new());
     let (mut lit, mut dark, mut deltas) = (0, 0, 0);
     for _ in 0..300 {
-        let surfaces = packet(&mut rng);
+        let mesh = mesh(&mut rng, true);
+        let surfaces = packet(&mesh, &mut rng);
         let mut single = [None; LANES];
         for (k, single) in single.iter_mut().enumerate() {
             let (u_choice, u) = (rng.f64(), rng.f32x2());
