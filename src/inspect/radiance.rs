@@ -71,7 +71,7 @@ impl Radiance {
         let view = seen.state(guide).and_then(|key| guide.view(key));
         let normal = view.as_ref().and_then(StateView::normal).unwrap_or(seen.normal());
         let tracer = Tracer {
-            integrator: PathIntegrator { scene, settings, guide: None, seed, features: false },
+            integrator: PathIntegrator { scene, settings, guide: None, seed, features: false, bounced: false },
             seen,
             mixture: mixture(guide, seen),
             frame: Frame::from_normal(normal),

@@ -119,6 +119,8 @@ pub struct Batch {
     /// Vertices with their normals, while the guide has no sites.
     pub(super) points: Vec<(Vec3, Vec3)>,
     pub(super) radiance: Vec<Rgb>,
+    /// As much of it as no bounce brought; empty where not asked for, or no path came so far.
+    pub(super) direct: Vec<Rgb>,
     pub(super) features: Vec<Features>,
 }
 
@@ -133,6 +135,7 @@ impl Batch {
             followed: Default::default(),
             points: Vec::new(),
             radiance: Vec::new(),
+            direct: Vec::new(),
             features: Vec::new(),
         }
     }
@@ -148,6 +151,8 @@ impl Default for Batch {
 #[derive(Default)]
 pub struct BatchResult {
     pub samples: TileSamples,
+    /// Per pixel of the tile, Σ x and Σ x² of the luminance x that bounced; empty where there was none, or not asked for.
+    pub bounced: Vec<[f64; 2]>,
     pub recorder: Option<Recorder>,
     pub counters: Counters,
 }

@@ -2,14 +2,14 @@
 
 use super::noise::Noise;
 use super::schedule::{Tiling, iteration_samples, round_paths, rounds};
-use super::worth::Worth;
+use super::worth::{Rendered, Worth};
 use super::{IterationReport, Keeping, Observer, Progress, Rendering, Settings, efficiency};
 use crate::film::accumulate::{FEATURE_SAMPLES, Film};
+use crate::film::tile::Tile;
 use crate::guiding::Guide;
 use crate::integrator::path::GuideUse;
 use crate::integrator::probe::Watch;
 use crate::integrator::{Batch, BatchResult, Counters, Efficiency, PathIntegrator, Task};
-use crate::math::luminance;
 use crate::scene::Scene;
 use crate::scene::description::{Combine, GuidingMethod, Roulette, Updates};
 use rayon::prelude::*;
@@ -23,6 +23,9 @@ fn combine(settings: &Settings) -> Combine {
 
 /// Samples per pixel that an iteration plans at most.
 const LONGEST: u32 = 1 << 30;
+
+/// Samples per pixel from which the guide of `auto` learns first.
+const LESSON: u32 = 2;
 
 pub(super) struct Driver<'a, W> {
     pub(super) scene: &'a Scene,
@@ -67,7 +70,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             learnt_paths,
             seed: settings.render.seed ^ salt,
             efficiency: None,
-            worth: judged.then(|| Worth::new(settings.render.time.is_some())),
+            worth: judged.then(|| Worth::new(settings.render.time.is_some(), width as u64 * height as u64)),
             iterations: Vec::new(),
             samples: 0,
             paths: 0,
@@ -79,6 +82,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         // With a guide from before, iterations go on where those ended: after one of its length, the old is half forgotten.
         let pixels = self.scene.camera.width as u64 * self.scene.camera.height as u64;
         let mut planned = (self.learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST as u64) as u32;
+        planned = self.worth.as_ref().map_or(planned, Worth::first_samples);
         loop {
             let left = self.samples_left();
             if left == 0 {
@@ -88,7 +92,16 @@ impl<'a, W: Watch> Driver<'a, W> {
             if !self.iterate(samples, samples == left, observer) {
                 return;
             }
-            planned = (2 * planned).min(LONGEST);
+            planned = self.next_length(planned);
+        }
+    }
+
+    /// Samples per pixel of the iteration after one that planned so many. Once there is no guide, all of the rest is one.
+    fn next_length(&self, planned: u32) -> u32 {
+        match &self.worth {
+            Some(worth) if !worth.measures() && !worth.pays() => LONGEST,
+            Some(worth) if !worth.measures() && worth.unguided() => LESSON,
+            _ => (2 * planned).min(LONGEST),
         }
     }
 
@@ -155,10 +168,13 @@ impl<'a, W: Watch> Driver<'a, W> {
             report.learn_seconds += timed(end).as_secs_f64();
             self.learnt_paths = self.learnt_paths.max(report.counters.paths);
         }
-        if go_on && self.guided() {
-            self.weigh(&report.counters);
+        if go_on && (self.guided() || self.measures()) {
+            self.weigh(&report);
         }
-        self.film.end_iteration();
+        // what no guide had a part in is all alike
+        if self.worth.as_ref().is_none_or(|worth| !worth.unguided()) {
+            self.film.end_iteration();
+        }
         report.seconds = start.elapsed().as_secs_f64();
         self.iterations.push(report);
         go_on
@@ -169,18 +185,35 @@ impl<'a, W: Watch> Driver<'a, W> {
         self.guide.is_some() && self.worth.as_ref().is_none_or(Worth::pays)
     }
 
+    /// Whether it is being measured how samples vary without a guide.
+    fn measures(&self) -> bool {
+        self.worth.as_ref().is_some_and(Worth::measures)
+    }
+
     /// What the noise of an iteration says of roulette, and of the guide.
-    fn weigh(&mut self, counters: &Counters) {
-        if let Some(worth) = self.worth.as_mut().filter(|_| self.samples == 1) {
-            worth.begin(self.film.develop().mean.iter().map(|&c| luminance(c)).collect(), counters);
-        }
-        let Some(noise) = Noise::of(&self.film) else { return };
+    fn weigh(&mut self, report: &IterationReport) {
+        let Some((noise, variances)) = Noise::of(&self.film).zip(self.film.sample_variances()) else { return };
         if self.settings.integrator.roulette == Roulette::Guided {
-            self.efficiency = efficiency::efficiency(&noise, counters).or(self.efficiency.take());
+            self.efficiency = efficiency::efficiency(&noise, &report.counters).or(self.efficiency.take());
         }
-        if let Some(worth) = &mut self.worth {
-            worth.judge(&noise, counters);
+        let budget = self.budget();
+        let Some(worth) = &mut self.worth else { return };
+        let learning = report.learn_seconds * rayon::current_num_threads() as f64;
+        let rendered = Rendered { samples: report.samples, counters: &report.counters, learning };
+        if worth.measures() {
+            worth.begin(&noise, variances, &rendered, budget);
+        } else if worth.unguided() {
+            worth.learnt(variances, self.samples, &rendered);
+        } else {
+            worth.judge(&noise, &rendered);
         }
+    }
+
+    /// Samples per pixel of the whole render, were they all as those so far.
+    fn budget(&self) -> f64 {
+        let spp = self.settings.render.spp as f64;
+        let by_time = |limit: f64| limit / self.start.elapsed().as_secs_f64() * self.samples as f64;
+        self.settings.render.time.map_or(spp, |limit| by_time(limit).min(spp))
     }
 
     /// Adds `samples` to every pixel.
@@ -200,6 +233,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         report.film_seconds += timed(|| {
             for (task, result) in round.iter().zip(&results) {
                 self.film.add(&task.tile, &result.samples);
+                self.add_bounced(&task.tile, &result.bounced);
                 report.counters.add(&result.counters);
                 self.paths += result.counters.paths;
             }
@@ -215,6 +249,14 @@ impl<'a, W: Watch> Driver<'a, W> {
                 }
             })
             .as_secs_f64();
+        }
+    }
+
+    fn add_bounced(&mut self, tile: &Tile, sums: &[[f64; 2]]) {
+        let Some(worth) = &mut self.worth else { return };
+        for (k, &sum) in sums.iter().enumerate() {
+            let (x, y) = (tile.x as usize + k % tile.width as usize, tile.y as usize + k / tile.width as usize);
+            worth.add_bounced(y * self.scene.camera.width as usize + x, sum);
         }
     }
 
@@ -236,6 +278,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             }),
             seed: self.seed,
             features: false,
+            bounced: self.measures(),
         };
         let render = |batch: &mut Batch, task: &Task| {
             let mut probe = self.watch.begin(task);

@@ -7,7 +7,7 @@ mod noise;
 mod schedule;
 mod worth;
 
-pub use worth::{Trial, Verdict};
+pub use worth::{Reason, Trial, Verdict};
 
 use crate::film::accumulate::Estimate;
 use crate::guiding::Guide;
