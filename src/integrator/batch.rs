@@ -178,6 +178,8 @@ pub struct Counters {
     /// Processor time in Embree's queries, packets prepared, and in all of the batch.
     pub embree: Duration,
     pub total: Duration,
+    /// As much of `total` as it took to make transitions of the paths.
+    pub recording: Duration,
 }
 
 impl Counters {
@@ -193,5 +195,6 @@ impl Counters {
         self.first_non_finite = self.first_non_finite.or(other.first_non_finite);
         self.embree += other.embree;
         self.total += other.total;
+        self.recording += other.recording;
     }
 }

@@ -62,7 +62,9 @@ impl PathIntegrator<'_> {
         };
         walk.generate();
         walk.advance(1);
+        let recording = Instant::now();
         let recorder = walk.record();
+        walk.counters.recording = recording.elapsed();
         let mut result = walk.gather();
         result.counters.transitions = recorder.as_ref().map_or(0, |r| r.len() as u64);
         result.recorder = recorder;

@@ -157,9 +157,13 @@ impl<'a, W: Watch> Driver<'a, W> {
         let mut go_on = true;
         while report.samples < target && go_on {
             let pass = self.tiling.samples.min(target - report.samples);
-            self.pass(pass, learn, &mut report);
+            let before = report.counters.clone();
+            let took = timed(|| self.pass(pass, learn, &mut report));
+            if let Some(worth) = self.worth.as_mut().filter(|worth| worth.measures()) {
+                worth.add_pass(&before, &report.counters);
+            }
             report.samples += pass;
-            go_on = observer(&self.progress()) && !self.time_is_up(pass);
+            go_on = observer(&self.progress()) && !self.time_is_up(took);
         }
         if let Some(guide) = self.guide.as_mut().filter(|_| learn && (go_on || self.keep)) {
             // An iteration that was cut short says too little of where states are to be refined or dropped.
@@ -201,7 +205,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         let learning = report.learn_seconds * rayon::current_num_threads() as f64;
         let rendered = Rendered { samples: report.samples, counters: &report.counters, learning };
         if worth.measures() {
-            worth.begin(&noise, variances, &rendered, budget);
+            worth.begin(&noise, variances, budget);
         } else if worth.unguided() {
             worth.learnt(variances, self.samples, &rendered);
         } else {
@@ -301,11 +305,11 @@ impl<'a, W: Watch> Driver<'a, W> {
         Progress { samples: self.samples, share: by_samples.max(by_time).min(1.0), seconds, paths: self.paths }
     }
 
-    /// Whether the time is used, or another pass of `samples` would go beyond it by more than half of itself.
-    fn time_is_up(&self, samples: u32) -> bool {
+    /// Whether the time is used, or another pass, which takes as long as the last, would go beyond it by more than half of
+    /// itself.
+    fn time_is_up(&self, pass: Duration) -> bool {
         let Some(limit) = self.settings.render.time else { return false };
-        let elapsed = self.start.elapsed().as_secs_f64();
-        elapsed + 0.5 * elapsed * samples as f64 / self.samples as f64 >= limit
+        self.start.elapsed().as_secs_f64() + 0.5 * pass.as_secs_f64() >= limit
     }
 }
 

@@ -15,8 +15,8 @@ use crate::integrator::Counters;
 const CALM: f64 = 3.0;
 
 /// Samples per pixel, and camera paths, of the least budget in which a guide learns soon enough to pay.
-const LEAST_SAMPLES: f64 = 12.0;
-const LEAST_PATHS: f64 = 6e5;
+const LEAST_SAMPLES: f64 = 16.0;
+const LEAST_PATHS: f64 = 8e5;
 
 /// Camera paths of the yardstick, and samples per pixel at least and at most.
 const YARDSTICK_PATHS: u64 = 1 << 15;
@@ -24,13 +24,16 @@ const YARDSTICK_SAMPLES: (u64, u64) = (2, 16);
 
 /// Share of the budget that a trial may lose where the variance of bounced light is `RISKY` or less. Where it is more, the
 /// guide may win as much more, and its trial lose so, up to `MOST_RISK` times.
-const LOSS: f64 = 0.04;
+const LOSS: f64 = 0.05;
 const RISKY: f64 = 10.0;
 const MOST_RISK: f64 = 5.0;
 
+/// By how much a guide that pays in the end lowers its variance from one iteration to the next; it was 1.2 to 2.
+const LEARNS: f64 = 1.4;
+
 /// What an iteration after the first trial is expected to gain over it, at least: roulette begins to go by the guide. Where
 /// a guide wins in the end it was 1.5 to 2.4.
-const FIRST_PROGRESS: f64 = 1.5;
+const FIRST_PROGRESS: f64 = 2.0;
 
 /// The same of later ones goes by what the last gained, within bounds.
 const MOST_PROGRESS: f64 = 2.0;
@@ -111,6 +114,12 @@ pub struct Rendered<'a> {
     pub learning: f64,
 }
 
+impl Rendered<'_> {
+    fn paths(&self) -> f64 {
+        self.counters.paths.max(1) as f64
+    }
+}
+
 /// What was seen without a guide.
 struct Unguided {
     /// Of the luminance of one sample, pixel by pixel.
@@ -118,7 +127,9 @@ struct Unguided {
     samples: u32,
     /// Of one camera path.
     cost: f64,
+    /// Variance of one sample's bounced light, and the share of it in all, as first seen.
     bounced: f64,
+    share: f64,
 }
 
 /// Judges the guide, iteration by iteration.
@@ -128,12 +139,14 @@ pub struct Worth {
     pixels: u64,
     /// Of bounced light, pixel by pixel: Σ x and Σ x² over the yardstick.
     bounced: Vec<[f64; 2]>,
+    /// Costs of the passes of the yardstick, of a camera path each.
+    passes: Vec<f64>,
     yardstick: Option<Unguided>,
     /// Unguided samples per pixel.
     budget: f64,
     lost: f64,
-    /// Cost of a transition; `None` before there was one.
-    learning_cost: Option<f64>,
+    /// Whether anything was learnt.
+    learns: bool,
     reason: Reason,
     variance: f64,
     trial: Option<Trial>,
@@ -146,10 +159,11 @@ impl Worth {
             clock,
             pixels,
             bounced: vec![[0.0; 2]; pixels as usize],
+            passes: Vec::new(),
             yardstick: None,
             budget: 0.0,
             lost: 0.0,
-            learning_cost: None,
+            learns: false,
             reason: Reason::Promising,
             variance: 0.0,
             trial: None,
@@ -164,7 +178,7 @@ impl Worth {
 
     /// Whether all samples so far were unguided.
     pub fn unguided(&self) -> bool {
-        self.learning_cost.is_none()
+        !self.learns
     }
 
     /// Samples per pixel with which to begin.
@@ -197,9 +211,15 @@ impl Worth {
         self.bounced[pixel][1] += squares;
     }
 
+    /// Takes a pass of the yardstick over the picture: counters before and after.
+    pub fn add_pass(&mut self, before: &Counters, after: &Counters) {
+        let paths = (after.paths - before.paths).max(1) as f64;
+        self.passes.push((self.drawing(after) - self.drawing(before)) / paths);
+    }
+
     /// Ends the yardstick: `variances` are those of one of its samples, pixel by pixel, `budget` the samples per pixel that
     /// could be had without a guide.
-    pub fn begin(&mut self, noise: &Noise, variances: Vec<f64>, rendered: &Rendered, budget: f64) {
+    pub fn begin(&mut self, noise: &Noise, variances: Vec<f64>, budget: f64) {
         let n = noise.samples as f64;
         let of_bounced = |&[sum, squares]: &[f64; 2]| ((squares - sum * sum / n) / (n - 1.0)).max(0.0);
         let bounced: Vec<f64> = std::mem::take(&mut self.bounced).iter().map(of_bounced).collect();
@@ -213,58 +233,60 @@ impl Worth {
         } else {
             Reason::Promising
         };
-        let cost = self.cost(rendered);
-        self.yardstick = Some(Unguided { variances, samples: noise.samples, cost, bounced });
+        let share = bounced / self.variance;
+        // where there are several passes, the first only warms caches
+        let warm = if self.passes.len() > 1 { &self.passes[1..] } else { &self.passes };
+        let cost = warm.iter().sum::<f64>() / warm.len() as f64;
+        self.yardstick = Some(Unguided { variances, samples: noise.samples, cost, bounced, share });
     }
 
     /// Takes the iteration after, of which the guide learns first: it is unguided, too, and adds to the yardstick.
     /// `variances` are those of one sample of both, `samples` per pixel.
     pub fn learnt(&mut self, variances: Vec<f64>, samples: u32, rendered: &Rendered) {
-        let cost = self.cost(rendered);
+        let whole = (self.drawing(rendered.counters) + self.learning(rendered)) / rendered.paths();
         let Some(yardstick) = self.yardstick.as_mut() else { return };
-        let transitions = rendered.counters.transitions as f64 / rendered.counters.paths.max(1) as f64;
         (yardstick.variances, yardstick.samples) = (variances, samples);
-        self.learning_cost = Some(((cost - yardstick.cost) / transitions.max(1e-3)).max(0.0));
-        self.lost += rendered.samples as f64 * (cost / yardstick.cost - 1.0);
+        self.learns = true;
+        self.lost += rendered.samples as f64 * (whole / yardstick.cost - 1.0);
     }
 
     /// Judges by an iteration of guided samples.
     pub fn judge(&mut self, noise: &Noise, rendered: &Rendered) {
-        let (Some(yardstick), Some(learning)) = (&self.yardstick, self.learning_cost) else { return };
+        let Some(yardstick) = &self.yardstick else { return };
         let unguided = noise.variance_of(&yardstick.variances, outliers(yardstick.samples as f64));
         let samples = rendered.samples as f64;
-        let transitions = rendered.counters.transitions as f64 / rendered.counters.paths.max(1) as f64;
-        let whole = self.cost(rendered) / yardstick.cost;
+        let drawing = self.drawing(rendered.counters) / rendered.paths() / yardstick.cost;
+        let whole = drawing + self.learning(rendered) / rendered.paths() / yardstick.cost;
         let trial = Trial {
             variance_ratio: noise.variance(outliers(samples)) / unguided,
-            cost_ratio: (whole - learning * transitions / yardstick.cost).max(0.1 * whole),
+            cost_ratio: drawing,
         };
         self.variance = unguided;
         self.lost += samples * (whole - 1.0 / trial.variance_ratio);
+        let next = 2.0 * samples * (whole - LEARNS / trial.variance_ratio).max(0.0);
         let progress = self.trial.map_or(FIRST_PROGRESS, |before| trial.gain() / before.gain());
         self.losses = if trial.gain() < 1.0 && progress < PROGRESS { self.losses + 1 } else { 0 };
         let hopes = trial.gain() * progress.clamp(1.0, MOST_PROGRESS) >= 1.0;
-        let next = 2.0 * samples * (whole - 1.0 / trial.variance_ratio).max(0.0);
-        let risk = (yardstick.bounced / RISKY).clamp(1.0, MOST_RISK);
+        let risk = (yardstick.share * unguided / RISKY).clamp(1.0, MOST_RISK);
         let dear = self.lost + next > LOSS * risk * self.budget;
         self.trial = Some(trial);
+        if std::env::var("DBG").is_ok() { eprintln!("n {samples} q {:.2} k {:.2} whole {whole:.2} g {:.2} progress {progress:.2} v0 {unguided:.2} vg {:.2} lost {:.1} next {next:.1} risk {risk:.1} N {:.0} dear {dear} hopes {hopes}", trial.variance_ratio, trial.cost_ratio, trial.gain(), yardstick.bounced, self.lost, self.budget); }
         if self.losses >= PATIENCE || (dear && !hopes) {
             self.reason = Reason::Losing;
         }
     }
 
-    /// Of one camera path, learning included.
-    fn cost(&self, rendered: &Rendered) -> f64 {
+    /// What tracing camera paths costs.
+    fn drawing(&self, c: &Counters) -> f64 {
+        let counted = || c.rays as f64 + SHADOW_COST * c.shadow_rays as f64 + GUIDE_COST * c.guide_hits as f64;
+        if self.clock { (c.total - c.recording).as_secs_f64() } else { counted() }
+    }
+
+    /// What learning from them costs beside that.
+    fn learning(&self, rendered: &Rendered) -> f64 {
         let c = rendered.counters;
-        let whole = if self.clock {
-            c.total.as_secs_f64() + rendered.learning
-        } else {
-            c.rays as f64
-                + SHADOW_COST * c.shadow_rays as f64
-                + GUIDE_COST * c.guide_hits as f64
-                + LEARNING_COST * c.transitions as f64
-        };
-        whole / c.paths.max(1) as f64
+        let counted = LEARNING_COST * c.transitions as f64;
+        if self.clock { c.recording.as_secs_f64() + rendered.learning } else { counted }
     }
 }
 
