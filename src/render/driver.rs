@@ -197,7 +197,9 @@ impl<'a, W: Watch> Driver<'a, W> {
     /// What the noise of an iteration says of roulette, and of the guide.
     fn weigh(&mut self, report: &IterationReport) {
         let Some((noise, variances)) = Noise::of(&self.film).zip(self.film.sample_variances()) else { return };
-        if self.settings.integrator.roulette == Roulette::Guided {
+        // not before guided samples were seen: what a guide of few samples says of paths is not to end them
+        let seen = self.worth.as_ref().is_none_or(|worth| !worth.unguided());
+        if self.settings.integrator.roulette == Roulette::Guided && seen {
             self.efficiency = efficiency::efficiency(&noise, &report.counters).or(self.efficiency.take());
         }
         let budget = self.budget();

@@ -55,7 +55,7 @@ const SHADOW_COST: f64 = 0.5;
 const GUIDE_COST: f64 = 0.8;
 
 /// The same of a transition, recorded and learnt from.
-const LEARNING_COST: f64 = 1.2;
+const LEARNING_COST: f64 = 0.9;
 
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
