@@ -171,16 +171,23 @@ fn reason(verdict: &Verdict) -> String {
         (Reason::Calm, _) => format!("{variance}, which is little: this scene was rendered without a guide"),
         (Reason::Short, _) => format!("{budget} are too few to learn from: this scene was rendered without a guide"),
         (_, None) => format!("{variance}: the guide is in use, and was not judged yet"),
-        (Reason::Promising, Some(trial)) => format!("{}: the guide is worth {:.1} times the samples", tried(&trial), trial.gain()),
+        (Reason::Promising, Some(trial)) => {
+            format!("{}: the guide is worth {:.1} times the samples", tried(&trial), trial.gain())
+        }
         (Reason::Losing, Some(trial)) => {
             let lost = 100.0 * verdict.lost / verdict.budget;
-            format!("{}: this scene was rendered on without a guide, whose trial cost {lost:.0} % of the budget", tried(&trial))
+            format!(
+                "{}: this scene was rendered on without a guide, whose trial cost {lost:.0} % of the budget",
+                tried(&trial)
+            )
         }
     }
 }
 
 fn tried(Trial { variance_ratio, cost_ratio }: &Trial) -> String {
-    format!("guided samples varied {variance_ratio:.2} times as much as unguided ones and cost {cost_ratio:.2} times as much")
+    format!(
+        "guided samples varied {variance_ratio:.2} times as much as unguided ones and cost {cost_ratio:.2} times as much"
+    )
 }
 
 /// Counters of all iterations together.

@@ -152,7 +152,7 @@ impl Default for Batch {
 pub struct BatchResult {
     pub samples: TileSamples,
     /// Per pixel of the tile, Σ x and Σ x² of the luminance x that bounced; empty where there was none, or not asked for.
-    pub bounced: Vec<[f64; 2]>,
+    pub bounced: Vec<[f32; 2]>,
     pub recorder: Option<Recorder>,
     pub counters: Counters,
 }

@@ -1,17 +1,15 @@
 //! The driver: iterations × passes × tasks, the clock, and what the guide learns between rounds.
 
-use super::noise::Noise;
 use super::schedule::{Tiling, iteration_samples, round_paths, rounds};
-use super::worth::{Rendered, Worth};
-use super::{IterationReport, Keeping, Observer, Progress, Rendering, Settings, efficiency};
+use super::worth::Worth;
+use super::{IterationReport, Keeping, Observer, Progress, Rendering, Settings};
 use crate::film::accumulate::{FEATURE_SAMPLES, Film};
-use crate::film::tile::Tile;
 use crate::guiding::Guide;
 use crate::integrator::path::GuideUse;
 use crate::integrator::probe::Watch;
 use crate::integrator::{Batch, BatchResult, Counters, Efficiency, PathIntegrator, Task};
 use crate::scene::Scene;
-use crate::scene::description::{Combine, GuidingMethod, Roulette, Updates};
+use crate::scene::description::{Combine, GuidingMethod, Updates};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
@@ -22,10 +20,7 @@ fn combine(settings: &Settings) -> Combine {
 }
 
 /// Samples per pixel that an iteration plans at most.
-const LONGEST: u32 = 1 << 30;
-
-/// Samples per pixel from which the guide of `auto` learns first.
-const LESSON: u32 = 2;
+pub(super) const LONGEST: u32 = 1 << 30;
 
 pub(super) struct Driver<'a, W> {
     pub(super) scene: &'a Scene,
@@ -93,15 +88,6 @@ impl<'a, W: Watch> Driver<'a, W> {
                 return;
             }
             planned = self.next_length(planned);
-        }
-    }
-
-    /// Samples per pixel of the iteration after one that planned so many. Once there is no guide, all of the rest is one.
-    fn next_length(&self, planned: u32) -> u32 {
-        match &self.worth {
-            Some(worth) if !worth.measures() && !worth.pays() => LONGEST,
-            Some(worth) if !worth.measures() && worth.unguided() => LESSON,
-            _ => (2 * planned).min(LONGEST),
         }
     }
 
@@ -184,44 +170,6 @@ impl<'a, W: Watch> Driver<'a, W> {
         go_on
     }
 
-    /// Whether a guide is there, and in use.
-    fn guided(&self) -> bool {
-        self.guide.is_some() && self.worth.as_ref().is_none_or(Worth::pays)
-    }
-
-    /// Whether it is being measured how samples vary without a guide.
-    fn measures(&self) -> bool {
-        self.worth.as_ref().is_some_and(Worth::measures)
-    }
-
-    /// What the noise of an iteration says of roulette, and of the guide.
-    fn weigh(&mut self, report: &IterationReport) {
-        let Some((noise, variances)) = Noise::of(&self.film).zip(self.film.sample_variances()) else { return };
-        // not before guided samples were seen: what a guide of few samples says of paths is not to end them
-        let seen = self.worth.as_ref().is_none_or(|worth| !worth.unguided());
-        if self.settings.integrator.roulette == Roulette::Guided && seen {
-            self.efficiency = efficiency::efficiency(&noise, &report.counters).or(self.efficiency.take());
-        }
-        let budget = self.budget();
-        let Some(worth) = &mut self.worth else { return };
-        let learning = report.learn_seconds * rayon::current_num_threads() as f64;
-        let rendered = Rendered { samples: report.samples, counters: &report.counters, learning };
-        if worth.measures() {
-            worth.begin(&noise, variances, budget);
-        } else if worth.unguided() {
-            worth.learnt(variances, self.samples, &rendered);
-        } else {
-            worth.judge(&noise, &rendered);
-        }
-    }
-
-    /// Samples per pixel of the whole render, were they all as those so far.
-    fn budget(&self) -> f64 {
-        let spp = self.settings.render.spp as f64;
-        let by_time = |limit: f64| limit / self.start.elapsed().as_secs_f64() * self.samples as f64;
-        self.settings.render.time.map_or(spp, |limit| by_time(limit).min(spp))
-    }
-
     /// Adds `samples` to every pixel.
     fn pass(&mut self, samples: u32, learn: bool, report: &mut IterationReport) {
         for round in rounds(&self.tiling.pass(self.samples, samples), round_paths(self.online())) {
@@ -255,14 +203,6 @@ impl<'a, W: Watch> Driver<'a, W> {
                 }
             })
             .as_secs_f64();
-        }
-    }
-
-    fn add_bounced(&mut self, tile: &Tile, sums: &[[f64; 2]]) {
-        let Some(worth) = &mut self.worth else { return };
-        for (k, &sum) in sums.iter().enumerate() {
-            let (x, y) = (tile.x as usize + k % tile.width as usize, tile.y as usize + k / tile.width as usize);
-            worth.add_bounced(y * self.scene.camera.width as usize + x, sum);
         }
     }
 

@@ -3,6 +3,7 @@
 mod blocks;
 mod driver;
 mod efficiency;
+mod judging;
 mod noise;
 mod schedule;
 mod worth;

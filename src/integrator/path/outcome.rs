@@ -62,11 +62,11 @@ impl<P: Probe> Walk<'_, '_, P> {
     }
 
     /// Sums of the light that bounced, and of its squares, pixel by pixel. What is not finite is black here too.
-    fn gather_bounced(&self, pixels: usize) -> Vec<[f64; 2]> {
+    fn gather_bounced(&self, pixels: usize) -> Vec<[f32; 2]> {
         let Batch { radiance, direct, .. } = &*self.batch;
         let mut sums = vec![[0.0; 2]; if direct.is_empty() { 0 } else { pixels }];
         for (slot, (&all, &direct)) in radiance.iter().zip(direct).enumerate().filter(|(_, (all, _))| all.is_finite()) {
-            let bounced = luminance(all - direct) as f64;
+            let bounced = luminance(all - direct);
             sums[slot % pixels][0] += bounced;
             sums[slot % pixels][1] += bounced * bounced;
         }
