@@ -153,6 +153,7 @@ pub struct Worth {
     reason: Reason,
     variance: f64,
     trial: Option<Trial>,
+    trials: u32,
     losses: u32,
 }
 
@@ -170,6 +171,7 @@ impl Worth {
             reason: Reason::Promising,
             variance: 0.0,
             trial: None,
+            trials: 0,
             losses: 0,
         }
     }
@@ -265,7 +267,10 @@ impl Worth {
         let next = 2.0 * samples * (whole - LEARNS / trial.variance_ratio).max(0.0);
         let progress = self.trial.map_or(FIRST_PROGRESS, |before| trial.gain() / before.gain());
         self.losses = if trial.gain() < 1.0 && progress < PROGRESS { self.losses + 1 } else { 0 };
-        let hopes = trial.gain() * progress.clamp(1.0, MOST_PROGRESS) >= 1.0;
+        self.trials += 1;
+        // the second trial is the first that splits paths: what that costs pays when the guide has learnt more
+        let least = if self.trials == 2 { LEARNS } else { 1.0 };
+        let hopes = trial.gain() * progress.clamp(least, MOST_PROGRESS) >= 1.0;
         let risk = (yardstick.share * unguided / RISKY).clamp(1.0, MOST_RISK);
         let dear = self.lost + next > LOSS * risk * self.budget;
         self.trial = Some(trial);
