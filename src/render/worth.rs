@@ -32,7 +32,7 @@ const RISKY: f64 = 10.0;
 const MOST_RISK: f64 = 5.0;
 
 /// By how much a guide that pays in the end lowers its variance from one iteration to the next; it was 1.2 to 2.
-const LEARNS: f64 = 1.4;
+const LEARNS: f64 = 1.5;
 
 /// What the iteration after the first trial is expected to gain over it: roulette begins to go by the guide. Where a guide
 /// wins in the end it was 1.5 to 2.4.
