@@ -72,12 +72,15 @@ fn what_is_not_worth_a_trial_is_rendered_as_without_a_guide() {
 #[test]
 fn a_door_ajar_is_worth_a_guide_where_there_is_time_to_learn() {
     let small = ["film.width=64", "film.height=36"];
-    let verdict = |spp: &str| {
+    let picture = |spp: &str, threads| {
         let (scene, settings) = own("door.toml", &[small[0], small[1], spp]);
-        rendered(&scene, &settings, GuidingMethod::Auto).verdict.expect("it was measured")
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let rendering = pool.install(|| rendered(&scene, &settings, GuidingMethod::Auto));
+        (rendering.verdict.expect("it was measured"), rendering.estimate.mean)
     };
-    assert_eq!(verdict("render.spp=40").reason, Reason::Short);
-    let long = verdict("render.spp=400");
+    assert_eq!(picture("render.spp=40", 2).0.reason, Reason::Short);
+    let (long, mean) = picture("render.spp=400", 2);
+    assert!((long, mean) == picture("render.spp=400", 3), "decided by the seed alone");
     let gain = long.trial.expect("it was tried").gain();
     assert!(long.guided && long.lost < 0.0 && gain > 1.5, "{long:?}");
 }
