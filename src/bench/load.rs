@@ -100,8 +100,14 @@ fn first_pixel(description: &SceneDescription, threads: usize) -> Result<(f64, S
     let start = Instant::now();
     let (scene, _) = Scene::load(description, threads)?;
     let settings = settings(description, GuidingMethod::None);
-    let integrator =
-        PathIntegrator { scene: &scene, settings: &settings.integrator, guide: None, seed: 0, features: false };
+    let integrator = PathIntegrator {
+        scene: &scene,
+        settings: &settings.integrator,
+        guide: None,
+        seed: 0,
+        features: false,
+        bounced: false,
+    };
     let tile = Tile { x: scene.camera.width / 2, y: scene.camera.height / 2, width: 1, height: 1 };
     let result = integrator.render(&Task { tile, first_sample: 0, samples: 1 }, &mut Batch::new());
     std::hint::black_box(result.samples.sum[0]);

@@ -3,7 +3,7 @@
 use crate::guiding::file::Subject;
 use crate::inspect::Layers;
 use crate::integrator::Counters;
-use crate::render::{IterationReport, Rendering, Trial, Verdict};
+use crate::render::{IterationReport, Reason, Rendering, Trial, Verdict};
 use crate::scene::Scene;
 use crate::scene::description::GuidingMethod;
 use serde::Serialize;
@@ -165,20 +165,28 @@ impl Iteration {
 
 /// Why the guide is in use, or not.
 fn reason(verdict: &Verdict) -> String {
-    let Some(trial) = verdict.trial else {
-        let variance = format!("one sample varies by {:.1} of the picture's square", verdict.variance);
-        return match verdict.guided {
-            true => format!("{variance}: the guide is in use, and was not judged yet"),
-            false => format!("{variance}, which is little: this scene was rendered on without a guide"),
-        };
-    };
-    let outcome = match verdict.guided {
-        true => format!("the guide is worth {:.1} times the samples", trial.gain()),
-        false => "this scene was rendered on without a guide".to_owned(),
-    };
-    let Trial { variance_ratio, cost_ratio } = trial;
+    let variance = format!("bounced light varies by {:.1} of the picture's square a sample", verdict.bounced);
+    let budget = format!("{:.0} samples per pixel", verdict.budget);
+    match (verdict.reason, verdict.trial) {
+        (Reason::Calm, _) => format!("{variance}, which is little: this scene was rendered without a guide"),
+        (Reason::Short, _) => format!("{budget} are too few to learn from: this scene was rendered without a guide"),
+        (_, None) => format!("{variance}: the guide is in use, and was not judged yet"),
+        (Reason::Promising, Some(trial)) => {
+            format!("{}: the guide is worth {:.1} times the samples", tried(&trial), trial.gain())
+        }
+        (Reason::Losing, Some(trial)) => {
+            let lost = 100.0 * verdict.lost / verdict.budget;
+            format!(
+                "{}: this scene was rendered on without a guide, whose trial cost {lost:.0} % of the budget",
+                tried(&trial)
+            )
+        }
+    }
+}
+
+fn tried(Trial { variance_ratio, cost_ratio }: &Trial) -> String {
     format!(
-        "guided samples varied {variance_ratio:.2} times as much as unguided ones and cost {cost_ratio:.2} times as much: {outcome}"
+        "guided samples varied {variance_ratio:.2} times as much as unguided ones and cost {cost_ratio:.2} times as much"
     )
 }
 

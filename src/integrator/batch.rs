@@ -106,6 +106,8 @@ pub struct Batch {
     /// Vertices with their normals, while the guide has no sites.
     pub(super) points: Vec<(Vec3, Vec3)>,
     pub(super) radiance: Vec<Rgb>,
+    /// As much of it as no bounce brought; empty where not asked for, or no path came so far.
+    pub(super) direct: Vec<Rgb>,
     pub(super) features: Vec<Features>,
 }
 
@@ -120,6 +122,7 @@ impl Batch {
             followed: Default::default(),
             points: Vec::new(),
             radiance: Vec::new(),
+            direct: Vec::new(),
             features: Vec::new(),
         }
     }
@@ -135,6 +138,8 @@ impl Default for Batch {
 #[derive(Default)]
 pub struct BatchResult {
     pub samples: TileSamples,
+    /// Per pixel of the tile, Σ x and Σ x² of the luminance x that bounced; empty where there was none, or not asked for.
+    pub bounced: Vec<[f32; 2]>,
     pub recorder: Option<Recorder>,
     pub counters: Counters,
 }
@@ -160,6 +165,8 @@ pub struct Counters {
     /// Processor time in Embree's queries, packets prepared, and in all of the batch.
     pub embree: Duration,
     pub total: Duration,
+    /// As much of `total` as it took to make transitions of the paths.
+    pub recording: Duration,
 }
 
 impl Counters {
@@ -175,5 +182,6 @@ impl Counters {
         self.first_non_finite = self.first_non_finite.or(other.first_non_finite);
         self.embree += other.embree;
         self.total += other.total;
+        self.recording += other.recording;
     }
 }

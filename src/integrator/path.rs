@@ -27,6 +27,8 @@ pub struct PathIntegrator<'a> {
     pub seed: u64,
     /// Also average what the camera sees first.
     pub features: bool,
+    /// Also tell the light that bounced from what came directly.
+    pub bounced: bool,
 }
 
 /// How the guide takes part.
@@ -60,7 +62,9 @@ impl PathIntegrator<'_> {
         };
         walk.generate();
         walk.advance(1);
+        let recording = Instant::now();
         let recorder = walk.record();
+        walk.counters.recording = recording.elapsed();
         let mut result = walk.gather();
         result.counters.transitions = recorder.as_ref().map_or(0, |r| r.len() as u64);
         result.recorder = recorder;
@@ -128,6 +132,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             let arrival = Arrival { parent: u32::MAX, weight: Rgb::ONE, edge: None };
             b.wave.paths.arrival.resize(task.paths(), arrival);
         }
+        b.direct.clear();
         let camera = &integrator.scene.camera;
         for sample in 0..task.samples {
             for_blocks(tile.width, tile.height, |x, y| {
@@ -155,11 +160,21 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             self.counters.rays += self.batch.wave.rays.len() as u64;
             self.trace(depth, coherence);
             self.shade_wave(depth as u32);
+            self.keep_direct(depth);
             self.counters.shadow_rays += self.batch.shadow_rays.len() as u64;
             self.trace_shadows(depth);
             self.add_next_events(depth);
             std::mem::swap(&mut self.batch.wave, &mut self.batch.next);
             depth += 1;
+        }
+    }
+
+    /// Notes what each path has brought by the time when only light of a further bounce can follow: that which the first
+    /// vertex emits, and that of lights which it saw. No choice of directions helps with what shadow rays find.
+    fn keep_direct(&mut self, depth: usize) {
+        let PathIntegrator { settings, bounced, .. } = self.integrator;
+        if *bounced && depth == if settings.next_event { 2 } else { 1 } {
+            self.batch.direct.extend_from_slice(&self.batch.radiance);
         }
     }
 

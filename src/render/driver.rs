@@ -1,17 +1,15 @@
 //! The driver: iterations × passes × tasks, the clock, and what the guide learns between rounds.
 
-use super::noise::Noise;
 use super::schedule::{Tiling, iteration_samples, round_paths, rounds};
 use super::worth::Worth;
-use super::{IterationReport, Keeping, Observer, Progress, Rendering, Settings, efficiency};
+use super::{IterationReport, Keeping, Observer, Progress, Rendering, Settings};
 use crate::film::accumulate::{FEATURE_SAMPLES, Film};
 use crate::guiding::Guide;
 use crate::integrator::path::GuideUse;
 use crate::integrator::probe::Watch;
 use crate::integrator::{Batch, BatchResult, Counters, Efficiency, PathIntegrator, Task};
-use crate::math::luminance;
 use crate::scene::Scene;
-use crate::scene::description::{Combine, GuidingMethod, Roulette, Updates};
+use crate::scene::description::{Combine, GuidingMethod, Updates};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
@@ -22,7 +20,7 @@ fn combine(settings: &Settings) -> Combine {
 }
 
 /// Samples per pixel that an iteration plans at most.
-const LONGEST: u32 = 1 << 30;
+pub(super) const LONGEST: u32 = 1 << 30;
 
 pub(super) struct Driver<'a, W> {
     pub(super) scene: &'a Scene,
@@ -67,7 +65,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             learnt_paths,
             seed: settings.render.seed ^ salt,
             efficiency: None,
-            worth: judged.then(|| Worth::new(settings.render.time.is_some())),
+            worth: judged.then(|| Worth::new(settings.render.time.is_some(), width as u64 * height as u64)),
             iterations: Vec::new(),
             samples: 0,
             paths: 0,
@@ -79,6 +77,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         // With a guide from before, iterations go on where those ended: after one of its length, the old is half forgotten.
         let pixels = self.scene.camera.width as u64 * self.scene.camera.height as u64;
         let mut planned = (self.learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST as u64) as u32;
+        planned = self.worth.as_ref().map_or(planned, Worth::first_samples);
         loop {
             let left = self.samples_left();
             if left == 0 {
@@ -88,7 +87,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             if !self.iterate(samples, samples == left, observer) {
                 return;
             }
-            planned = (2 * planned).min(LONGEST);
+            planned = self.next_length(planned);
         }
     }
 
@@ -144,9 +143,13 @@ impl<'a, W: Watch> Driver<'a, W> {
         let mut go_on = true;
         while report.samples < target && go_on {
             let pass = self.tiling.samples.min(target - report.samples);
-            self.pass(pass, learn, &mut report);
+            let before = report.counters.clone();
+            let took = timed(|| self.pass(pass, learn, &mut report));
+            if let Some(worth) = self.worth.as_mut().filter(|worth| worth.measures()) {
+                worth.add_pass(&before, &report.counters);
+            }
             report.samples += pass;
-            go_on = observer(&self.progress()) && !self.time_is_up(pass);
+            go_on = observer(&self.progress()) && !self.time_is_up(took);
         }
         if let Some(guide) = self.guide.as_mut().filter(|_| learn && (go_on || self.keep)) {
             // An iteration that was cut short says too little of where states are to be refined or dropped.
@@ -155,32 +158,16 @@ impl<'a, W: Watch> Driver<'a, W> {
             report.learn_seconds += timed(end).as_secs_f64();
             self.learnt_paths = self.learnt_paths.max(report.counters.paths);
         }
-        if go_on && self.guided() {
-            self.weigh(&report.counters);
+        if go_on && (self.guided() || self.measures()) {
+            self.weigh(&report);
         }
-        self.film.end_iteration();
+        // what no guide had a part in is all alike
+        if self.worth.as_ref().is_none_or(|worth| !worth.unguided()) {
+            self.film.end_iteration();
+        }
         report.seconds = start.elapsed().as_secs_f64();
         self.iterations.push(report);
         go_on
-    }
-
-    /// Whether a guide is there, and in use.
-    fn guided(&self) -> bool {
-        self.guide.is_some() && self.worth.as_ref().is_none_or(Worth::pays)
-    }
-
-    /// What the noise of an iteration says of roulette, and of the guide.
-    fn weigh(&mut self, counters: &Counters) {
-        if let Some(worth) = self.worth.as_mut().filter(|_| self.samples == 1) {
-            worth.begin(self.film.develop().mean.iter().map(|&c| luminance(c)).collect(), counters);
-        }
-        let Some(noise) = Noise::of(&self.film) else { return };
-        if self.settings.integrator.roulette == Roulette::Guided {
-            self.efficiency = efficiency::efficiency(&noise, counters).or(self.efficiency.take());
-        }
-        if let Some(worth) = &mut self.worth {
-            worth.judge(&noise, counters);
-        }
     }
 
     /// Adds `samples` to every pixel.
@@ -200,6 +187,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         report.film_seconds += timed(|| {
             for (task, result) in round.iter().zip(&results) {
                 self.film.add(&task.tile, &result.samples);
+                self.add_bounced(&task.tile, &result.bounced);
                 report.counters.add(&result.counters);
                 self.paths += result.counters.paths;
             }
@@ -236,6 +224,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             }),
             seed: self.seed,
             features: false,
+            bounced: self.measures(),
         };
         let render = |batch: &mut Batch, task: &Task| {
             let mut probe = self.watch.begin(task);
@@ -258,11 +247,11 @@ impl<'a, W: Watch> Driver<'a, W> {
         Progress { samples: self.samples, share: by_samples.max(by_time).min(1.0), seconds, paths: self.paths }
     }
 
-    /// Whether the time is used, or another pass of `samples` would go beyond it by more than half of itself.
-    fn time_is_up(&self, samples: u32) -> bool {
+    /// Whether the time is used, or another pass, which takes as long as the last, would go beyond it by more than half of
+    /// itself.
+    fn time_is_up(&self, pass: Duration) -> bool {
         let Some(limit) = self.settings.render.time else { return false };
-        let elapsed = self.start.elapsed().as_secs_f64();
-        elapsed + 0.5 * elapsed * samples as f64 / self.samples as f64 >= limit
+        self.start.elapsed().as_secs_f64() + 0.5 * pass.as_secs_f64() >= limit
     }
 }
 

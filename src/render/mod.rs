@@ -3,11 +3,12 @@
 mod blocks;
 mod driver;
 mod efficiency;
+mod judging;
 mod noise;
 mod schedule;
 mod worth;
 
-pub use worth::{Trial, Verdict};
+pub use worth::{Reason, Trial, Verdict};
 
 use crate::film::accumulate::Estimate;
 use crate::guiding::Guide;

@@ -12,8 +12,6 @@ pub const OUTLIERS: f64 = 0.005;
 
 /// What the newest samples say.
 pub struct Noise {
-    /// Luminance per pixel.
-    pub(super) light: Vec<f64>,
     /// Per pixel, the squared luminance that is expected there.
     pub squares: Vec<f64>,
     /// Per pixel, the variance of one sample relative to it, in ascending order.
@@ -39,7 +37,7 @@ impl Noise {
         let squares: Vec<f64> = blurred.iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect();
         let mut relative: Vec<f64> = variances.iter().zip(&squares).map(|(v, square)| v / square).collect();
         relative.sort_unstable_by(f64::total_cmp);
-        let noise = Noise { light, squares, relative, samples: estimate.samples };
+        let noise = Noise { squares, relative, samples: estimate.samples };
         (noise.variance(OUTLIERS) > 0.0).then_some(noise)
     }
 
@@ -48,11 +46,9 @@ impl Noise {
         trimmed_mean(&self.relative, outliers)
     }
 
-    /// The same of other samples, of which each pixel has one: their distance from the picture, whose own noise is small
-    /// beside that of one sample.
-    pub fn variance_about(&self, samples: &[f32], outliers: f64) -> f64 {
-        let pixels = samples.iter().zip(&self.light).zip(&self.squares);
-        let mut relative: Vec<f64> = pixels.map(|((&x, mean), square)| (x as f64 - mean).powi(2) / square).collect();
+    /// The same of other samples, of which the variance in each pixel is given.
+    pub fn variance_of(&self, variances: &[f64], outliers: f64) -> f64 {
+        let mut relative: Vec<f64> = variances.iter().zip(&self.squares).map(|(v, square)| v / square).collect();
         relative.sort_unstable_by(f64::total_cmp);
         trimmed_mean(&relative, outliers)
     }

@@ -1,25 +1,51 @@
 //! Whether the guide pays: what decides for `guiding.method = "auto"`.
 //!
-//! Where a single sample hardly varies, there is little to gain, and learning would cost more: the first few samples tell.
-//! Else each iteration is held against the first, which has nothing to be guided by, by the figure of merit of a Monte
-//! Carlo estimator, 1/(variance · cost). A guide that loses, and no longer gains from one iteration to the next, has
-//! shown that the scene needs none. The render then goes on without it, and no longer pays for learning.
+//! First some samples are taken as if there were no guide, and nothing is learnt from them: a *yardstick*. It tells what a
+//! sample costs, and so how many the budget holds; how samples vary; and how much of that comes from light that bounced,
+//! which is all that a better choice of directions can help with. Where little varies, or the budget is too short to learn
+//! in, that is all. Else the guide learns, and each of its iterations is held against the yardstick by the figure of merit
+//! of a Monte Carlo estimator, 1/(variance · cost). What the trial has lost so far is reckoned in samples: once it is more
+//! than a small share of the budget, and the guide neither wins nor is about to, the render goes on without it.
 
 use super::noise::Noise;
 use crate::integrator::Counters;
 
-/// Relative variance of one sample, of the first two or three of each pixel, below which no guide is worth its cost. Of
-/// the scenes with references, those that gained nothing in half a minute had up to 2.2, those that gained 4.8 and more.
+/// Relative variance of one sample's bounced light below which no guide is worth its cost. Of the scenes measured, those
+/// that gained little or nothing had 0 to 2 (a city, a living room, boxes), those that a guide renders twice as well or
+/// better 3.6 and more.
 const CALM: f64 = 3.0;
 
-/// Iterations in a row that the guide may lose without getting better.
-const PATIENCE: u32 = 2;
+/// Samples per pixel, and camera paths, of the least budget in which a guide learns soon enough to pay. With 0.2 million
+/// paths every guide lost on rooms that it later rendered three times as well; with ten samples per pixel there are no
+/// iterations to learn in.
+const LEAST_SAMPLES: f64 = 16.0;
+const LEAST_PATHS: f64 = 8e5;
+
+/// Camera paths of the yardstick, and samples per pixel at least and at most: a few per cent of the least budget.
+const YARDSTICK_PATHS: u64 = 1 << 15;
+const YARDSTICK_SAMPLES: (u64, u64) = (2, 16);
+
+/// Share of the budget that a trial may lose where the variance of bounced light is `RISKY` or less. Where it is more, the
+/// guide may win as much more, and its trial lose so, up to `MOST_RISK` times.
+const LOSS: f64 = 0.05;
+const RISKY: f64 = 10.0;
+const MOST_RISK: f64 = 5.0;
+
+/// By how much a guide that pays in the end lowers its variance from one iteration to the next; it was 1.2 to 2.
+const LEARNS: f64 = 1.5;
+
+/// What the iteration after the first trial is expected to gain over it: roulette begins to go by the guide. Where a guide
+/// wins in the end it was 1.5 to 2.4.
+const FIRST_PROGRESS: f64 = 2.0;
+
+/// What later ones gain is expected to be what the last did, within reason.
+const MOST_PROGRESS: f64 = 2.0;
+
+/// Iterations in a row that the guide may lose without getting better, however long the budget.
+const PATIENCE: u32 = 3;
 
 /// A guide that gets better does so by at least this factor from one iteration to the next.
 const PROGRESS: f64 = 1.1;
-
-/// Samples per pixel before a picture says enough.
-const MIN_SAMPLES: u32 = 15;
 
 /// Share of all samples that may be outliers, as many pixels having no say in the variance: the same of few samples as
 /// of many, so that both see as much of a long tail. At most so many pixels.
@@ -31,15 +57,39 @@ const MOST_OUTLIERS: f64 = 0.05;
 const SHADOW_COST: f64 = 0.5;
 const GUIDE_COST: f64 = 0.8;
 
+/// The same of a transition, recorded and learnt from; by the clock it was 0.4 to 1.2 on the scenes above.
+const LEARNING_COST: f64 = 0.9;
+
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Verdict {
     /// Whether the guide is in use.
     pub guided: bool,
-    /// Of one early sample, relative to the picture.
+    /// Variance of one unguided sample, relative to the picture.
     pub variance: f64,
+    /// The same of the light that bounced alone.
+    pub bounced: f64,
+    /// Unguided samples per pixel that the budget holds.
+    pub budget: f64,
+    /// Of these, what the guide has cost so far; less than none where it has gained.
+    pub lost: f64,
+    pub reason: Reason,
     /// How the guide did in its newest iteration, where it was tried.
     pub trial: Option<Trial>,
+}
+
+/// What the choice rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// Bounced light hardly varies.
+    Calm,
+    /// The budget is too short to learn in.
+    Short,
+    /// It is still learning, or pays.
+    Promising,
+    /// It was tried, and did not pay.
+    Losing,
 }
 
 /// The guide against none.
@@ -47,7 +97,7 @@ pub struct Verdict {
 pub struct Trial {
     /// Of one sample; below 1 the guide's vary less.
     pub variance_ratio: f64,
-    /// Of one sample; above 1 the guide's cost more.
+    /// Of one sample that nothing is learnt from, as in the last iteration; above 1 the guide's cost more.
     pub cost_ratio: f64,
 }
 
@@ -58,72 +108,188 @@ impl Trial {
     }
 }
 
+/// An iteration that was just rendered.
+pub struct Rendered<'a> {
+    /// Samples per pixel.
+    pub samples: u32,
+    pub counters: &'a Counters,
+    /// Processor time of all threads that went into learning between rounds.
+    pub learning: f64,
+}
+
+impl Rendered<'_> {
+    fn paths(&self) -> f64 {
+        self.counters.paths.max(1) as f64
+    }
+}
+
 /// What was seen without a guide.
 struct Unguided {
-    /// Luminance of the first sample of each pixel.
-    light: Vec<f32>,
+    /// Of the luminance of one sample, pixel by pixel; empty before something was learnt.
+    variances: Vec<f64>,
+    samples: u32,
+    /// Of one camera path.
     cost: f64,
+    /// Variance of one sample's bounced light, and the share of it in all, as first seen.
+    bounced: f64,
+    share: f64,
 }
 
 /// Judges the guide, iteration by iteration.
 pub struct Worth {
     /// Cost is what the clock says; else it is counted, so that the same seed always gives the same picture.
     clock: bool,
-    unguided: Option<Unguided>,
-    /// Of one early sample.
-    variance: Option<f64>,
+    pixels: u64,
+    /// Of bounced light, pixel by pixel: Σ x and Σ x² over the yardstick.
+    bounced: Vec<[f32; 2]>,
+    /// Costs of the passes of the yardstick, of a camera path each.
+    passes: Vec<f64>,
+    yardstick: Option<Unguided>,
+    /// Unguided samples per pixel.
+    budget: f64,
+    lost: f64,
+    /// Whether anything was learnt.
+    learns: bool,
+    reason: Reason,
+    variance: f64,
     trial: Option<Trial>,
+    trials: u32,
     losses: u32,
 }
 
 impl Worth {
-    pub fn new(clock: bool) -> Worth {
-        Worth { clock, unguided: None, variance: None, trial: None, losses: 0 }
+    pub fn new(clock: bool, pixels: u64) -> Worth {
+        Worth {
+            clock,
+            pixels,
+            bounced: vec![[0.0; 2]; pixels as usize],
+            passes: Vec::new(),
+            yardstick: None,
+            budget: 0.0,
+            lost: 0.0,
+            learns: false,
+            reason: Reason::Promising,
+            variance: 0.0,
+            trial: None,
+            trials: 0,
+            losses: 0,
+        }
+    }
+
+    /// Whether the yardstick is still to be made.
+    pub fn measures(&self) -> bool {
+        self.yardstick.is_none()
+    }
+
+    /// Whether all samples so far were unguided.
+    pub fn unguided(&self) -> bool {
+        !self.learns
+    }
+
+    /// Samples per pixel with which to begin.
+    pub fn first_samples(&self) -> u32 {
+        let (least, most) = YARDSTICK_SAMPLES;
+        YARDSTICK_PATHS.div_ceil(self.pixels).clamp(least, most) as u32
     }
 
     /// Whether the guide is to be used, and to learn.
     pub fn pays(&self) -> bool {
-        self.losses < PATIENCE && self.variance.is_none_or(|variance| variance >= CALM)
+        !self.measures() && self.reason == Reason::Promising
     }
 
     /// What was found so far; `None` where nothing was.
     pub fn verdict(&self) -> Option<Verdict> {
-        Some(Verdict { guided: self.pays(), variance: self.variance?, trial: self.trial })
+        Some(Verdict {
+            guided: self.pays(),
+            variance: self.variance,
+            bounced: self.yardstick.as_ref()?.bounced,
+            budget: self.budget,
+            lost: self.lost,
+            reason: self.reason,
+            trial: self.trial,
+        })
     }
 
-    /// Takes the first iteration, of one sample per pixel: `light` is their luminance.
-    pub fn begin(&mut self, light: Vec<f32>, counters: &Counters) {
-        self.unguided = Some(Unguided { light, cost: self.cost(counters) });
+    /// Adds to what is known of bounced light in a pixel.
+    pub fn add_bounced(&mut self, pixel: usize, [sum, squares]: [f32; 2]) {
+        self.bounced[pixel][0] += sum;
+        self.bounced[pixel][1] += squares;
     }
 
-    /// Judges by an iteration. The first that is long enough shows how samples vary, later ones the guide.
-    pub fn judge(&mut self, noise: &Noise, counters: &Counters) {
-        let samples = counters.paths as f64 / noise.squares.len() as f64;
-        let variance = noise.variance(outliers(samples));
-        if self.variance.is_none() {
-            self.variance = Some(variance);
-        }
-        let Some(unguided) = self.unguided.as_ref().filter(|_| self.pays() && noise.samples >= MIN_SAMPLES) else {
-            return;
-        };
-        let trial = Trial {
-            variance_ratio: variance / noise.variance_about(&unguided.light, outliers(1.0)),
-            cost_ratio: self.cost(counters) / unguided.cost,
-        };
-        let before = self.trial.map_or(0.0, |trial| trial.gain());
-        let loses = trial.gain() < 1.0 && trial.gain() < PROGRESS * before;
-        self.losses = if loses { self.losses + 1 } else { 0 };
-        self.trial = Some(trial);
+    /// Takes a pass of the yardstick over the picture: counters before and after.
+    pub fn add_pass(&mut self, before: &Counters, after: &Counters) {
+        let paths = (after.paths - before.paths).max(1) as f64;
+        self.passes.push((self.drawing(after) - self.drawing(before)) / paths);
     }
 
-    /// Of one camera path.
-    fn cost(&self, counters: &Counters) -> f64 {
-        let whole = if self.clock {
-            counters.total.as_secs_f64()
+    /// Ends the yardstick; `budget` are the samples per pixel that could be had without a guide.
+    pub fn begin(&mut self, noise: &Noise, budget: f64) {
+        let n = noise.samples as f64;
+        let of_bounced = |[sum, squares]: [f32; 2]| ((squares as f64 - (sum as f64).powi(2) / n) / (n - 1.0)).max(0.0);
+        let bounced: Vec<f64> = std::mem::take(&mut self.bounced).into_iter().map(of_bounced).collect();
+        let bounced = noise.variance_of(&bounced, outliers(n));
+        self.budget = budget;
+        self.variance = noise.variance(outliers(n));
+        self.reason = if bounced < CALM {
+            Reason::Calm
+        } else if budget < LEAST_SAMPLES || budget * (self.pixels as f64) < LEAST_PATHS {
+            Reason::Short
         } else {
-            counters.rays as f64 + SHADOW_COST * counters.shadow_rays as f64 + GUIDE_COST * counters.guide_hits as f64
+            Reason::Promising
         };
-        whole / counters.paths.max(1) as f64
+        let share = bounced / self.variance;
+        // where there are several passes, the first only warms caches
+        let warm = if self.passes.len() > 1 { &self.passes[1..] } else { &self.passes };
+        let cost = warm.iter().sum::<f64>() / warm.len() as f64;
+        self.yardstick = Some(Unguided { variances: Vec::new(), samples: noise.samples, cost, bounced, share });
+    }
+
+    /// Takes the iteration after, of which the guide learns first: it is unguided, too, and adds to the yardstick.
+    /// `variances` are those of one sample of both, `samples` per pixel.
+    pub fn learnt(&mut self, variances: Vec<f64>, samples: u32, rendered: &Rendered) {
+        let whole = (self.drawing(rendered.counters) + self.learning(rendered)) / rendered.paths();
+        let Some(yardstick) = self.yardstick.as_mut() else { return };
+        (yardstick.variances, yardstick.samples) = (variances, samples);
+        self.learns = true;
+        self.lost += rendered.samples as f64 * (whole / yardstick.cost - 1.0);
+    }
+
+    /// Judges by an iteration of guided samples, after [`Self::learnt`].
+    pub fn judge(&mut self, noise: &Noise, rendered: &Rendered) {
+        let Some(yardstick) = &self.yardstick else { return };
+        let unguided = noise.variance_of(&yardstick.variances, outliers(yardstick.samples as f64));
+        let samples = rendered.samples as f64;
+        let drawing = self.drawing(rendered.counters) / rendered.paths() / yardstick.cost;
+        let whole = drawing + self.learning(rendered) / rendered.paths() / yardstick.cost;
+        let trial = Trial { variance_ratio: noise.variance(outliers(samples)) / unguided, cost_ratio: drawing };
+        self.variance = unguided;
+        self.lost += samples * (whole - 1.0 / trial.variance_ratio);
+        let next = 2.0 * samples * (whole - LEARNS / trial.variance_ratio).max(0.0);
+        let progress = self.trial.map_or(FIRST_PROGRESS, |before| trial.gain() / before.gain());
+        self.losses = if trial.gain() < 1.0 && progress < PROGRESS { self.losses + 1 } else { 0 };
+        self.trials += 1;
+        // the second trial is the first that splits paths: what that costs pays when the guide has learnt more
+        let least = if self.trials == 2 { LEARNS } else { 1.0 };
+        let hopes = trial.gain() * progress.clamp(least, MOST_PROGRESS) >= 1.0;
+        let risk = (yardstick.share * unguided / RISKY).clamp(1.0, MOST_RISK);
+        let dear = self.lost + next > LOSS * risk * self.budget;
+        self.trial = Some(trial);
+        if self.losses >= PATIENCE || (dear && !hopes) {
+            self.reason = Reason::Losing;
+        }
+    }
+
+    /// What tracing camera paths costs.
+    fn drawing(&self, c: &Counters) -> f64 {
+        let counted = || c.rays as f64 + SHADOW_COST * c.shadow_rays as f64 + GUIDE_COST * c.guide_hits as f64;
+        if self.clock { c.total.saturating_sub(c.recording).as_secs_f64() } else { counted() }
+    }
+
+    /// What learning from them costs beside that.
+    fn learning(&self, rendered: &Rendered) -> f64 {
+        let c = rendered.counters;
+        let counted = LEARNING_COST * c.transitions as f64;
+        if self.clock { c.recording.as_secs_f64() + rendered.learning } else { counted }
     }
 }
 
@@ -133,63 +299,5 @@ fn outliers(samples: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::time::Duration;
-
-    /// A grey picture whose samples have the given variance.
-    fn noise(variance: f64) -> Noise {
-        Noise { light: vec![1.0; 25], squares: vec![1.0; 25], relative: vec![variance; 25], samples: 30 }
-    }
-
-    /// A hundred paths of so many rays each.
-    fn counters(rays: u64) -> Counters {
-        Counters { paths: 100, rays: 100 * rays, total: Duration::from_secs(7), ..Counters::default() }
-    }
-
-    /// Samples of variance 4 without a guide, then iterations of the given variances.
-    fn judged(clock: bool, first: &Counters, trials: &[f64], counters: &Counters) -> Worth {
-        let mut worth = Worth::new(clock);
-        worth.begin([vec![3.0; 13], vec![-1.0; 12]].concat(), first);
-        worth.judge(&Noise { samples: 3, ..noise(4.0) }, first);
-        trials.iter().for_each(|variance| worth.judge(&noise(*variance), counters));
-        worth
-    }
-
-    #[test]
-    fn a_guide_that_loses_and_gets_no_better_is_out_for_good() {
-        let worth = |variances: &[f64]| judged(false, &counters(5), variances, &counters(10));
-        let pays = |variances: &[f64]| worth(variances).pays();
-        assert!(pays(&[]) && pays(&[3.2]) && pays(&[3.2, 3.2]));
-        assert!(!pays(&[3.2, 3.2, 3.2]) && !pays(&[3.2, 3.6, 4.0, 0.4]));
-        assert!(pays(&[12.0, 8.0, 6.0, 4.0, 3.6, 3.2]), "it gets better");
-        assert!(pays(&[1.6, 1.6, 1.6, 1.6]), "it wins");
-        let verdict = worth(&[2.4, 2.4, 2.4]).verdict().expect("it was tried");
-        let trial = verdict.trial.expect("it was tried");
-        assert!((trial.variance_ratio - 0.6).abs() < 1e-12 && trial.cost_ratio == 2.0 && !verdict.guided);
-        assert!((trial.gain() - 1.0 / 1.2).abs() < 1e-12);
-    }
-
-    #[test]
-    fn cost_is_counted_or_what_the_clock_says() {
-        let guided = Counters { shadow_rays: 200, guide_hits: 100, ..counters(3) };
-        let cost = |clock, counters: &Counters| {
-            let worth = judged(clock, &self::counters(2), &[1.0], counters);
-            worth.verdict().and_then(|verdict| verdict.trial).expect("it was tried").cost_ratio
-        };
-        assert!((cost(false, &guided) - (3.0 + 2.0 * SHADOW_COST + GUIDE_COST) / 2.0).abs() < 1e-12);
-        let slow = Counters { total: Duration::from_secs(21), ..guided };
-        assert!((cost(true, &slow) - 3.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn where_samples_hardly_vary_nothing_is_tried() {
-        let mut worth = Worth::new(false);
-        assert!(worth.verdict().is_none() && worth.pays());
-        worth.judge(&Noise { samples: 3, ..noise(2.0) }, &counters(2));
-        assert!(!worth.pays());
-        worth.judge(&noise(9.0), &counters(2));
-        let verdict = worth.verdict().expect("it was judged");
-        assert!(!verdict.guided && verdict.trial.is_none() && (verdict.variance - 2.0).abs() < 1e-12);
-    }
-}
+#[path = "worth_tests.rs"]
+mod tests;

@@ -41,7 +41,7 @@ const GUIDED: [Way; 53] = [
     ("grid, hemisphere", hemisphere),
     ("grid, sphere", sphere),
     ("adaptive, tree", adaptive),
-    // long enough to be judged, and to be weighed by variance
+    // so few paths that it takes no guide; trials are tested where they are judged
     ("auto", |s| {
         adaptive(s);
         (s.guiding.method, s.integrator.roulette) = (GuidingMethod::Auto, Roulette::Guided);

@@ -4,8 +4,8 @@ use super::{Probe, Stage, Walk};
 use crate::film::tile::{Features, TileSamples};
 use crate::guiding::Recorder;
 use crate::integrator::backup::{self, Vertex};
-use crate::integrator::batch::BatchResult;
-use crate::math::Rgb;
+use crate::integrator::batch::{Batch, BatchResult};
+use crate::math::{Rgb, luminance};
 
 impl<P: Probe> Walk<'_, '_, P> {
     /// Keeps the vertex of ray `i` for learning, which adds `local` itself; returns its place among those of its wave.
@@ -61,6 +61,19 @@ impl<P: Probe> Walk<'_, '_, P> {
         for (slot, &features) in self.batch.features.iter().enumerate() {
             samples.features[slot % pixels] += features;
         }
-        BatchResult { samples, recorder: None, counters: self.counters }
+        let bounced = self.gather_bounced(pixels);
+        BatchResult { samples, bounced, recorder: None, counters: self.counters }
+    }
+
+    /// Sums of the light that bounced, and of its squares, pixel by pixel. What is not finite is black here too.
+    fn gather_bounced(&self, pixels: usize) -> Vec<[f32; 2]> {
+        let Batch { radiance, direct, .. } = &*self.batch;
+        let mut sums = vec![[0.0; 2]; if direct.is_empty() { 0 } else { pixels }];
+        for (slot, (&all, &direct)) in radiance.iter().zip(direct).enumerate().filter(|(_, (all, _))| all.is_finite()) {
+            let bounced = luminance(all - direct);
+            sums[slot % pixels][0] += bounced;
+            sums[slot % pixels][1] += bounced * bounced;
+        }
+        sums
     }
 }

@@ -1,0 +1,75 @@
+//! What iterations say of the guide, and what the driver makes of it.
+
+use super::IterationReport;
+use super::driver::{Driver, LONGEST};
+use super::efficiency;
+use super::noise::Noise;
+use super::worth::{Rendered, Worth};
+use crate::film::tile::Tile;
+use crate::integrator::probe::Watch;
+use crate::scene::description::Roulette;
+
+/// Samples per pixel from which the guide of `auto` learns first.
+const LESSON: u32 = 2;
+
+impl<W: Watch> Driver<'_, W> {
+    /// Samples per pixel of the iteration after one that planned so many. Once there is no guide, all of the rest is one.
+    pub(super) fn next_length(&self, planned: u32) -> u32 {
+        match &self.worth {
+            Some(worth) if !worth.measures() && !worth.pays() => LONGEST,
+            Some(worth) if !worth.measures() && worth.unguided() => LESSON,
+            _ => (2 * planned).min(LONGEST),
+        }
+    }
+
+    /// Whether a guide is there, and in use.
+    pub(super) fn guided(&self) -> bool {
+        self.guide.is_some() && self.worth.as_ref().is_none_or(Worth::pays)
+    }
+
+    /// Whether it is being measured how samples vary without a guide.
+    pub(super) fn measures(&self) -> bool {
+        self.worth.as_ref().is_some_and(Worth::measures)
+    }
+
+    /// What the noise of an iteration says of roulette, and of the guide.
+    pub(super) fn weigh(&mut self, report: &IterationReport) {
+        let Some((noise, variances)) = Noise::of(&self.film).zip(self.film.sample_variances()) else { return };
+        // not before guided samples were seen: what a guide of few samples says of paths is not to end them
+        let seen = self.worth.as_ref().is_none_or(|worth| !worth.unguided());
+        if self.settings.integrator.roulette == Roulette::Guided && seen {
+            self.efficiency = efficiency::efficiency(&noise, &report.counters).or(self.efficiency.take());
+        }
+        let budget = self.budget();
+        let Some(worth) = &mut self.worth else { return };
+        let learning = report.learn_seconds * rayon::current_num_threads() as f64;
+        let rendered = Rendered { samples: report.samples, counters: &report.counters, learning };
+        if worth.measures() {
+            worth.begin(&noise, budget);
+        } else if worth.unguided() {
+            worth.learnt(variances, self.samples, &rendered);
+        } else {
+            worth.judge(&noise, &rendered);
+        }
+    }
+
+    /// Samples per pixel of the whole render, were they all as those so far.
+    fn budget(&self) -> f64 {
+        let spp = self.settings.render.spp as f64;
+        let by_time = |limit: f64| limit / self.start.elapsed().as_secs_f64() * self.samples as f64;
+        self.settings.render.time.map_or(spp, |limit| by_time(limit).min(spp))
+    }
+
+    /// Adds what bounced light brought to a tile.
+    pub(super) fn add_bounced(&mut self, tile: &Tile, sums: &[[f32; 2]]) {
+        let Some(worth) = &mut self.worth else { return };
+        for (k, &sum) in sums.iter().enumerate() {
+            let (x, y) = (tile.x as usize + k % tile.width as usize, tile.y as usize + k / tile.width as usize);
+            worth.add_bounced(y * self.scene.camera.width as usize + x, sum);
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "judging_tests.rs"]
+mod tests;
