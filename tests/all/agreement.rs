@@ -41,7 +41,7 @@ const GUIDED: [Way; 53] = [
     ("grid, hemisphere", hemisphere),
     ("grid, sphere", sphere),
     ("adaptive, tree", adaptive),
-    // so few paths that it takes no guide; trials are tested where they are judged
+    // so few paths that it takes no guide; what it gives with one is tested below
     ("auto", |s| {
         adaptive(s);
         (s.guiding.method, s.integrator.roulette) = (GuidingMethod::Auto, Roulette::Guided);
@@ -252,6 +252,25 @@ fn check_that_the_guide_takes_part(name: &str, loaded: &Loaded, settings: &Setti
     plain.integrator.roulette = Roulette::Throughput;
     let same = loaded.render(&plain).estimate.mean == rendering.estimate.mean;
     assert!(settings.integrator.roulette != Roulette::Guided || !same, "{name}: the roulette goes by the throughput");
+}
+
+/// What `auto` gives where it takes the guide. Only then has it samples of both kinds to weigh against each other.
+#[test]
+fn auto_with_a_guide() {
+    let loaded = own("door", &["film.width=32", "film.height=18"]);
+    let mut settings = loaded.unguided();
+    (settings.render.spp, settings.render.combine) = (1440, Combine::All);
+    let plain = loaded.runs(&settings, 16, 1_000_000);
+    (settings.guiding.method, settings.integrator.roulette) = (GuidingMethod::Auto, Roulette::Guided);
+    settings.render.combine = Combine::InverseVariance;
+    let verdict = loaded.render(&settings).verdict.expect("it was judged");
+    assert!(verdict.guided && verdict.trial.is_some(), "the guide was not taken: {verdict:?}");
+    let auto = loaded.runs(&settings, 8, 0);
+    let smallest = |runs: &Runs| Row::new(runs, &plain).smallest;
+    let level = sidak(FALSE_ALARM, VALUES);
+    println!("door: auto with a guide: p = {:.1e}, 3 % more light p = {:.1e}", smallest(&auto), smallest(&auto.scaled(1.03)));
+    assert!(smallest(&auto) >= level, "not what plain path tracing gives");
+    assert!(smallest(&auto.scaled(1.03)) < level, "a bias of 0.03 goes unseen");
 }
 
 #[test]
