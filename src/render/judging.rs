@@ -40,8 +40,9 @@ impl<W: Watch> Driver<'_, W> {
         if self.settings.integrator.roulette == Roulette::Guided && seen {
             self.efficiency = efficiency::efficiency(&noise, &report.counters).or(self.efficiency.take());
         }
-        let budget = self.budget();
-        let Some(worth) = &mut self.worth else { return };
+        let pixels = self.pixels() as f64;
+        let budget = self.worth.as_ref().map(|worth| self.budget(worth.cost() * pixels));
+        let Some((worth, budget)) = self.worth.as_mut().zip(budget) else { return };
         let learning = report.learn_seconds * rayon::current_num_threads() as f64;
         let rendered = Rendered { samples: report.samples, counters: &report.counters, learning };
         if worth.measures() {
@@ -53,10 +54,11 @@ impl<W: Watch> Driver<'_, W> {
         }
     }
 
-    /// Samples per pixel of the whole render, were they all as those so far.
-    fn budget(&self) -> f64 {
+    /// Samples per pixel that the whole render holds, where one costs so much processor time. Not by the time that has
+    /// passed: caches were cold.
+    fn budget(&self, cost: f64) -> f64 {
         let spp = self.settings.render.spp as f64;
-        let by_time = |limit: f64| limit / self.start.elapsed().as_secs_f64() * self.samples as f64;
+        let by_time = |limit: f64| limit * rayon::current_num_threads() as f64 / cost;
         self.settings.render.time.map_or(spp, |limit| by_time(limit).min(spp))
     }
 

@@ -34,8 +34,8 @@ const MOST_RISK: f64 = 5.0;
 /// By how much a guide that pays in the end lowers its variance from one iteration to the next; it was 1.2 to 2.
 const LEARNS: f64 = 1.5;
 
-/// What the iteration after the first trial is expected to gain over it: roulette begins to go by the guide. Where a guide
-/// wins in the end it was 1.5 to 2.4.
+/// What the iteration after the first trial is expected to gain over it, as roulette begins to go by the guide, and the one
+/// after that, at least. Where a guide wins in the end it was 1.4 to 2.4.
 const FIRST_PROGRESS: f64 = 2.0;
 
 /// What later ones gain is expected to be what the last did, within reason.
@@ -147,6 +147,8 @@ pub struct Worth {
     yardstick: Option<Unguided>,
     /// Unguided samples per pixel.
     budget: f64,
+    /// Of these, what was rendered and learnt so far took, and what of it the guide has lost.
+    spent: f64,
     lost: f64,
     /// Whether anything was learnt.
     learns: bool,
@@ -166,6 +168,7 @@ impl Worth {
             passes: Vec::new(),
             yardstick: None,
             budget: 0.0,
+            spent: 0.0,
             lost: 0.0,
             learns: false,
             reason: Reason::Promising,
@@ -222,13 +225,19 @@ impl Worth {
         self.passes.push((self.drawing(after) - self.drawing(before)) / paths);
     }
 
+    /// Of an unguided camera path, once the yardstick has a pass. Where it has several, the first only warms caches.
+    pub fn cost(&self) -> f64 {
+        let warm = if self.passes.len() > 1 { &self.passes[1..] } else { &self.passes };
+        warm.iter().sum::<f64>() / warm.len() as f64
+    }
+
     /// Ends the yardstick; `budget` are the samples per pixel that could be had without a guide.
     pub fn begin(&mut self, noise: &Noise, budget: f64) {
         let n = noise.samples as f64;
         let of_bounced = |[sum, squares]: [f32; 2]| ((squares as f64 - (sum as f64).powi(2) / n) / (n - 1.0)).max(0.0);
         let bounced: Vec<f64> = std::mem::take(&mut self.bounced).into_iter().map(of_bounced).collect();
         let bounced = noise.variance_of(&bounced, outliers(n));
-        self.budget = budget;
+        (self.budget, self.spent) = (budget, n);
         self.variance = noise.variance(outliers(n));
         self.reason = if bounced < CALM {
             Reason::Calm
@@ -238,9 +247,7 @@ impl Worth {
             Reason::Promising
         };
         let share = bounced / self.variance;
-        // where there are several passes, the first only warms caches
-        let warm = if self.passes.len() > 1 { &self.passes[1..] } else { &self.passes };
-        let cost = warm.iter().sum::<f64>() / warm.len() as f64;
+        let cost = self.cost();
         self.yardstick = Some(Unguided { variances: Vec::new(), samples: noise.samples, cost, bounced, share });
     }
 
@@ -251,7 +258,9 @@ impl Worth {
         let Some(yardstick) = self.yardstick.as_mut() else { return };
         (yardstick.variances, yardstick.samples) = (variances, samples);
         self.learns = true;
-        self.lost += rendered.samples as f64 * (whole / yardstick.cost - 1.0);
+        let samples = rendered.samples as f64;
+        self.spent += samples * whole / yardstick.cost;
+        self.lost += samples * (whole / yardstick.cost - 1.0);
     }
 
     /// Judges by an iteration of guided samples, after [`Self::learnt`].
@@ -264,13 +273,19 @@ impl Worth {
         let trial = Trial { variance_ratio: noise.variance(outliers(samples)) / unguided, cost_ratio: drawing };
         self.variance = unguided;
         self.lost += samples * (whole - 1.0 / trial.variance_ratio);
-        let next = 2.0 * samples * (whole - LEARNS / trial.variance_ratio).max(0.0);
+        self.spent += samples * whole;
         let progress = self.trial.map_or(FIRST_PROGRESS, |before| trial.gain() / before.gain());
         self.losses = if trial.gain() < 1.0 && progress < PROGRESS { self.losses + 1 } else { 0 };
         self.trials += 1;
         // the second trial is the first that splits paths: what that costs pays when the guide has learnt more
-        let least = if self.trials == 2 { LEARNS } else { 1.0 };
-        let hopes = trial.gain() * progress.clamp(least, MOST_PROGRESS) >= 1.0;
+        let least = if self.trials == 2 { FIRST_PROGRESS } else { 1.0 };
+        let progress = progress.clamp(least, MOST_PROGRESS);
+        let hopes = trial.gain() * progress >= 1.0;
+        // what the next iteration will lose; the last is as long as what is left, and nothing learns from it
+        let left = (self.budget - self.spent).max(0.0) / drawing;
+        let last = left < 6.0 * samples;
+        let lose = |samples: f64, cost: f64, gain: f64| samples * (cost - gain / trial.variance_ratio).max(0.0);
+        let next = if last { lose(left, drawing, progress) } else { lose(2.0 * samples, whole, LEARNS) };
         let risk = (yardstick.share * unguided / RISKY).clamp(1.0, MOST_RISK);
         let dear = self.lost + next > LOSS * risk * self.budget;
         self.trial = Some(trial);
