@@ -47,6 +47,9 @@ fn tried(budget: f64, trials: &[(f64, u64)]) -> Worth {
 #[test]
 fn light_that_did_not_bounce_asks_for_no_guide() {
     let reason = |bounced| begun(bounced, 1000.0).verdict().expect("it was measured").reason;
+    let calm = begun(0.9 * CALM, 1000.0);
+    let verdict = calm.verdict().expect("it was measured");
+    assert!(!calm.pays() && !verdict.guided && verdict.trial.is_none() && (verdict.variance - 20.0).abs() < 1e-12);
     assert_eq!((reason(0.9 * CALM), reason(1.1 * CALM)), (Reason::Calm, Reason::Promising), "of a variance of 20");
 }
 
@@ -64,6 +67,9 @@ fn a_trial_that_loses_ends_before_it_has_cost_much_of_the_budget() {
     let verdict = worth.verdict().expect("it was tried");
     assert_eq!((verdict.reason, verdict.guided), (Reason::Losing, false));
     assert!((verdict.lost - 6.0).abs() < 1e-9, "{} lost", verdict.lost);
+    let trial = verdict.trial.expect("it was tried");
+    assert!((trial.variance_ratio - 2.0).abs() < 1e-12 && trial.cost_ratio == 2.0);
+    assert!((trial.gain() - 0.25).abs() < 1e-12);
     // where the budget is long the same is a small part of it; but patience has an end
     let losing = [(40.0, 10); 8];
     assert!(tried(1e6, &losing[..2]).pays());
