@@ -1,6 +1,6 @@
 //! The driver: iterations × passes × tasks, the clock, and what the guide learns between rounds.
 
-use super::schedule::{Tiling, iteration_samples, round_paths, rounds};
+use super::schedule::{Tiling, iteration_samples, iteration_seconds, round_paths, rounds};
 use super::worth::Worth;
 use super::{IterationReport, Keeping, Observer, Progress, Rendering, Settings};
 use crate::film::accumulate::{FEATURE_SAMPLES, Film};
@@ -110,12 +110,12 @@ impl<'a, W: Watch> Driver<'a, W> {
     fn samples_left(&self) -> u32 {
         let left = self.settings.render.spp - self.samples;
         match self.settings.render.time {
-            Some(_) if self.samples == 0 => left,
-            Some(limit) => {
-                let elapsed = self.start.elapsed().as_secs_f64();
-                let per_sample = elapsed / self.samples as f64;
-                left.min(((limit - elapsed) / per_sample).round().max(0.0) as u32)
-            }
+            Some(limit) => self.iterations.last().map_or(left, |newest| {
+                // what guided samples cost is not what those before them did
+                let per_sample = newest.seconds / newest.samples.max(1) as f64;
+                let seconds = limit - self.start.elapsed().as_secs_f64();
+                left.min((seconds / per_sample).round().max(0.0) as u32)
+            }),
             None => left,
         }
     }
@@ -150,6 +150,9 @@ impl<'a, W: Watch> Driver<'a, W> {
             }
             report.samples += pass;
             go_on = observer(&self.progress()) && !self.time_is_up(took);
+            if !last && self.takes_too_long(start) {
+                break;
+            }
         }
         if let Some(guide) = self.guide.as_mut().filter(|_| learn && (go_on || self.keep)) {
             // An iteration that was cut short says too little of where states are to be refined or dropped.
@@ -245,6 +248,12 @@ impl<'a, W: Watch> Driver<'a, W> {
         let by_samples = self.paths as f64 / (self.pixels() as f64 * self.settings.render.spp as f64);
         let by_time = self.settings.render.time.map_or(0.0, |limit| seconds / limit);
         Progress { samples: self.samples, share: by_samples.max(by_time).min(1.0), seconds, paths: self.paths }
+    }
+
+    /// Whether an iteration that began then has used all the time that it may, which only the last may go beyond.
+    fn takes_too_long(&self, began: Instant) -> bool {
+        let Some(limit) = self.settings.render.time.filter(|_| !self.measures()) else { return false };
+        iteration_seconds(limit - (began - self.start).as_secs_f64()) < began.elapsed().as_secs_f64()
     }
 
     /// Whether the time is used, or another pass, which takes as long as the last, would go beyond it by more than half of

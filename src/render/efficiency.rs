@@ -3,16 +3,17 @@
 use super::noise::{Noise, OUTLIERS};
 use crate::integrator::{Counters, Efficiency};
 
-/// Samples per pixel before a picture says enough.
+/// Samples per pixel before picture and guide say enough.
 const MIN_SAMPLES: u32 = 7;
 
 /// How much more is split than the averages ask for. Those lag one iteration behind while the variance falls; at equal
 /// time, 1.5 did better than 0.5 and 1 on the scenes with an ajar door.
 const BOLDNESS: f64 = 1.5;
 
-/// `counters` are those of the iteration that made the newest part of the picture.
-pub fn efficiency(noise: &Noise, counters: &Counters) -> Option<Efficiency> {
-    if noise.samples < MIN_SAMPLES {
+/// The guide learnt from so many samples per pixel; `counters` are those of the iteration that made the newest part of the
+/// picture.
+pub fn efficiency(noise: &Noise, learnt: u32, counters: &Counters) -> Option<Efficiency> {
+    if learnt < MIN_SAMPLES {
         return None;
     }
     let rays = (counters.rays as f64 / counters.paths.max(1) as f64).max(1.0);

@@ -19,7 +19,7 @@ fn counters() -> Counters {
 /// What a picture of 16 samples, all alike, says.
 fn efficiency(picture: &Estimate, counters: &Counters) -> Option<Efficiency> {
     let variances: Vec<f64> = picture.variance.iter().map(|&v| luminance(v) as f64 * 16.0).collect();
-    super::efficiency(&Noise::weigh(picture, &variances)?, counters)
+    super::efficiency(&Noise::weigh(picture, &variances)?, picture.samples, counters)
 }
 
 #[test]

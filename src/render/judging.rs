@@ -9,15 +9,16 @@ use crate::film::tile::Tile;
 use crate::integrator::probe::Watch;
 use crate::scene::description::Roulette;
 
-/// Samples per pixel from which the guide of `auto` learns first.
-const LESSON: u32 = 2;
+/// Samples per pixel from which the guide of `auto` learns first: as few as any other guide's.
+const LESSON: u32 = 1;
 
 impl<W: Watch> Driver<'_, W> {
     /// Samples per pixel of the iteration after one that planned so many. Once there is no guide, all of the rest is one.
     pub(super) fn next_length(&self, planned: u32) -> u32 {
         match &self.worth {
-            Some(worth) if !worth.measures() && !worth.pays() => LONGEST,
-            Some(worth) if !worth.measures() && worth.unguided() => LESSON,
+            Some(worth) if worth.measures() => worth.more_samples(self.samples).unwrap_or(2 * planned),
+            Some(worth) if !worth.pays() => LONGEST,
+            Some(worth) if worth.unguided() => LESSON,
             _ => (2 * planned).min(LONGEST),
         }
     }
@@ -35,10 +36,10 @@ impl<W: Watch> Driver<'_, W> {
     /// What the noise of an iteration says of roulette, and of the guide.
     pub(super) fn weigh(&mut self, report: &IterationReport) {
         let Some((noise, variances)) = Noise::of(&self.film).zip(self.film.sample_variances()) else { return };
-        // not before guided samples were seen: what a guide of few samples says of paths is not to end them
-        let seen = self.worth.as_ref().is_none_or(|worth| !worth.unguided());
-        if self.settings.integrator.roulette == Roulette::Guided && seen {
-            self.efficiency = efficiency::efficiency(&noise, &report.counters).or(self.efficiency.take());
+        if self.settings.integrator.roulette == Roulette::Guided {
+            // of samples that the guide did not learn from it knows nothing
+            let learnt = noise.samples.saturating_sub(self.worth.as_ref().map_or(0, Worth::unlearnt));
+            self.efficiency = efficiency::efficiency(&noise, learnt, &report.counters).or(self.efficiency.take());
         }
         let pixels = self.pixels() as f64;
         let budget = self.worth.as_ref().map(|worth| self.budget(worth.cost() * pixels));

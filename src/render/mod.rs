@@ -6,9 +6,10 @@ mod efficiency;
 mod judging;
 mod noise;
 mod schedule;
+mod verdict;
 mod worth;
 
-pub use worth::{Reason, Trial, Verdict};
+pub use verdict::{Reason, Trial, Verdict};
 
 use crate::film::accumulate::Estimate;
 use crate::guiding::Guide;

@@ -117,6 +117,12 @@ pub fn iteration_samples(planned: u32, left: u32) -> u32 {
     if left.saturating_sub(planned) < 2 * planned { left } else { planned }
 }
 
+/// Seconds that an iteration may take when so many are left, if it is not the last: the share of the rest that
+/// [`iteration_samples`] means it to have. Where paths begin to be split, samples may cost several times what they did.
+pub fn iteration_seconds(left: f64) -> f64 {
+    left / 3.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,6 +204,16 @@ mod tests {
             }
             assert_eq!(sizes.iter().sum::<u32>(), spp);
             assert!(2 * sizes[sizes.len() - 1] >= spp, "{sizes:?}");
+        }
+    }
+
+    #[test]
+    fn no_iteration_but_the_last_is_cut_short_where_samples_cost_what_they_did() {
+        for left in 1..500 {
+            for planned in 1..=left {
+                let cut = planned as f64 > iteration_seconds(left as f64);
+                assert!(!cut || iteration_samples(planned, left) == left, "{planned} of {left}");
+            }
         }
     }
 }

@@ -8,6 +8,7 @@
 //! than a small share of the budget, and the guide neither wins nor is about to, the render goes on without it.
 
 use super::noise::Noise;
+use super::verdict::{Reason, Trial, Verdict};
 use crate::integrator::Counters;
 
 /// Relative variance of one sample's bounced light below which no guide is worth its cost. Of the scenes measured, those
@@ -18,24 +19,27 @@ const CALM: f64 = 3.0;
 /// Samples per pixel, and camera paths, of the least budget in which a guide learns soon enough to pay. With 0.2 million
 /// paths every guide lost on rooms that it later rendered three times as well; with ten samples per pixel there are no
 /// iterations to learn in.
-const LEAST_SAMPLES: f64 = 16.0;
+const LEAST_SAMPLES: f64 = 32.0;
 const LEAST_PATHS: f64 = 8e5;
 
-/// Camera paths of the yardstick, and samples per pixel at least and at most: a few per cent of the least budget.
+/// Camera paths of the yardstick, its share of the budget, and samples per pixel at least and at most. Light that few
+/// paths find is missed by few samples, and what they vary then says too little: of a room with the variance 50, three
+/// samples told 15 to 83.
 const YARDSTICK_PATHS: u64 = 1 << 15;
+const YARDSTICK_SHARE: f64 = 0.02;
 const YARDSTICK_SAMPLES: (u64, u64) = (2, 16);
 
 /// Share of the budget that a trial may lose where the variance of bounced light is `RISKY` or less. Where it is more, the
 /// guide may win as much more, and its trial lose so, up to `MOST_RISK` times.
 const LOSS: f64 = 0.05;
-const RISKY: f64 = 10.0;
+const RISKY: f64 = 5.0;
 const MOST_RISK: f64 = 5.0;
 
 /// By how much a guide that pays in the end lowers its variance from one iteration to the next; it was 1.2 to 2.
 const LEARNS: f64 = 1.5;
 
-/// What the iteration after the first trial is expected to gain over it, as roulette begins to go by the guide, and the one
-/// after that, at least. Where a guide wins in the end it was 1.4 to 2.4.
+/// What each of the first trials is expected to gain over the one before, at least, as the guide learns and roulette begins
+/// to go by it. Where a guide wins in the end it was 1.3 to 4 from the first to the second.
 const FIRST_PROGRESS: f64 = 2.0;
 
 /// What later ones gain is expected to be what the last did, within reason.
@@ -60,54 +64,6 @@ const GUIDE_COST: f64 = 0.8;
 /// The same of a transition, recorded and learnt from; by the clock it was 0.4 to 1.2 on the scenes above.
 const LEARNING_COST: f64 = 0.9;
 
-/// What was found.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Verdict {
-    /// Whether the guide is in use.
-    pub guided: bool,
-    /// Variance of one unguided sample, relative to the picture.
-    pub variance: f64,
-    /// The same of the light that bounced alone.
-    pub bounced: f64,
-    /// Unguided samples per pixel that the budget holds.
-    pub budget: f64,
-    /// Of these, what the guide has cost so far; less than none where it has gained.
-    pub lost: f64,
-    pub reason: Reason,
-    /// How the guide did in its newest iteration, where it was tried.
-    pub trial: Option<Trial>,
-}
-
-/// What the choice rests on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Reason {
-    /// Bounced light hardly varies.
-    Calm,
-    /// The budget is too short to learn in.
-    Short,
-    /// It is still learning, or pays.
-    Promising,
-    /// It was tried, and did not pay.
-    Losing,
-}
-
-/// The guide against none.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Trial {
-    /// Of one sample; below 1 the guide's vary less.
-    pub variance_ratio: f64,
-    /// Of one sample that nothing is learnt from, as in the last iteration; above 1 the guide's cost more.
-    pub cost_ratio: f64,
-}
-
-impl Trial {
-    /// Efficiency of rendering with the guide over that without.
-    pub fn gain(&self) -> f64 {
-        1.0 / (self.variance_ratio * self.cost_ratio)
-    }
-}
-
 /// An iteration that was just rendered.
 pub struct Rendered<'a> {
     /// Samples per pixel.
@@ -128,6 +84,8 @@ struct Unguided {
     /// Of the luminance of one sample, pixel by pixel; empty before something was learnt.
     variances: Vec<f64>,
     samples: u32,
+    /// Samples per pixel of the yardstick alone.
+    unlearnt: u32,
     /// Of one camera path.
     cost: f64,
     /// Variance of one sample's bounced light, and the share of it in all, as first seen.
@@ -189,10 +147,21 @@ impl Worth {
         !self.learns
     }
 
+    /// Samples per pixel that nothing is learnt from; all of them until the yardstick is made.
+    pub fn unlearnt(&self) -> u32 {
+        self.yardstick.as_ref().map_or(u32::MAX, |yardstick| yardstick.unlearnt)
+    }
+
     /// Samples per pixel with which to begin.
     pub fn first_samples(&self) -> u32 {
         let (least, most) = YARDSTICK_SAMPLES;
         YARDSTICK_PATHS.div_ceil(self.pixels).clamp(least, most) as u32
+    }
+
+    /// Samples per pixel that the yardstick still takes after so many, once something is known of the budget.
+    pub fn more_samples(&self, taken: u32) -> Option<u32> {
+        let wanted = (YARDSTICK_SHARE * self.budget).min(YARDSTICK_SAMPLES.1 as f64) as u32;
+        wanted.checked_sub(taken).filter(|&more| more > 0)
     }
 
     /// Whether the guide is to be used, and to learn.
@@ -231,13 +200,16 @@ impl Worth {
         warm.iter().sum::<f64>() / warm.len() as f64
     }
 
-    /// Ends the yardstick; `budget` are the samples per pixel that could be had without a guide.
+    /// Ends the yardstick, unless it is to be longer; `budget` are the samples per pixel that could be had without a guide.
     pub fn begin(&mut self, noise: &Noise, budget: f64) {
         let n = noise.samples as f64;
+        (self.budget, self.spent) = (budget, n);
+        if self.more_samples(noise.samples).is_some() {
+            return;
+        }
         let of_bounced = |[sum, squares]: [f32; 2]| ((squares as f64 - (sum as f64).powi(2) / n) / (n - 1.0)).max(0.0);
         let bounced: Vec<f64> = std::mem::take(&mut self.bounced).into_iter().map(of_bounced).collect();
         let bounced = noise.variance_of(&bounced, outliers(n));
-        (self.budget, self.spent) = (budget, n);
         self.variance = noise.variance(outliers(n));
         self.reason = if bounced < CALM {
             Reason::Calm
@@ -248,7 +220,14 @@ impl Worth {
         };
         let share = bounced / self.variance;
         let cost = self.cost();
-        self.yardstick = Some(Unguided { variances: Vec::new(), samples: noise.samples, cost, bounced, share });
+        self.yardstick = Some(Unguided {
+            variances: Vec::new(),
+            samples: noise.samples,
+            unlearnt: noise.samples,
+            cost,
+            bounced,
+            share,
+        });
     }
 
     /// Takes the iteration after, of which the guide learns first: it is unguided, too, and adds to the yardstick.
@@ -277,13 +256,15 @@ impl Worth {
         let progress = self.trial.map_or(FIRST_PROGRESS, |before| trial.gain() / before.gain());
         self.losses = if trial.gain() < 1.0 && progress < PROGRESS { self.losses + 1 } else { 0 };
         self.trials += 1;
-        // the second trial is the first that splits paths: what that costs pays when the guide has learnt more
-        let least = if self.trials == 2 { FIRST_PROGRESS } else { 1.0 };
+        // the third trial is the first that splits paths: what that costs pays when the guide has learnt more
+        let least = if self.trials <= 3 { FIRST_PROGRESS } else { 1.0 };
         let progress = progress.clamp(least, MOST_PROGRESS);
-        let hopes = trial.gain() * progress >= 1.0;
         // what the next iteration will lose; the last is as long as what is left, and nothing learns from it
         let left = (self.budget - self.spent).max(0.0) / drawing;
         let last = left < 6.0 * samples;
+        // what was learnt of one sample helps nowhere yet: in rooms that guides then rendered 2 to 9 times as well, the first
+        // trial's variance was 0.9 to 4 times the unguided
+        let hopes = trial.gain() * progress >= 1.0 || (self.trials == 1 && !last);
         let lose = |samples: f64, cost: f64, gain: f64| samples * (cost - gain / trial.variance_ratio).max(0.0);
         let next = if last { lose(left, drawing, progress) } else { lose(2.0 * samples, whole, LEARNS) };
         let risk = (yardstick.share * unguided / RISKY).clamp(1.0, MOST_RISK);

@@ -3,9 +3,9 @@ use std::time::Duration;
 
 const PIXELS: u64 = 40_000;
 
-/// A grey picture of three samples a pixel, whose samples have the given variance.
+/// A grey picture of sixteen samples a pixel, whose samples have the given variance.
 fn noise(variance: f64) -> Noise {
-    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], samples: 3 }
+    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], samples: 16 }
 }
 
 /// A million paths of so many rays and seconds each.
@@ -14,12 +14,12 @@ fn counters(rays: u64) -> Counters {
     Counters { paths: PATHS, rays: rays * PATHS, total: Duration::from_secs(rays * PATHS), ..Counters::default() }
 }
 
-/// After a yardstick of three samples of 5 rays and the variance 20, of which `bounced` is that of bounced light.
+/// After a yardstick of sixteen samples of 5 rays and the variance 20, of which `bounced` is that of bounced light.
 fn begun(bounced: f64, budget: f64) -> Worth {
     let mut worth = Worth::new(true, PIXELS);
     assert!(worth.measures() && !worth.pays() && worth.verdict().is_none());
-    // three samples, one of them x: their variance is x²/3
-    let x = (3.0 * bounced).sqrt() as f32;
+    // sixteen samples, one of them x: their variance is x²/16
+    let x = (16.0 * bounced).sqrt() as f32;
     (0..PIXELS as usize).for_each(|pixel| worth.add_bounced(pixel, [x, x * x]));
     worth.add_pass(&Counters::default(), &counters(5));
     worth.begin(&noise(20.0), budget);
@@ -30,15 +30,15 @@ fn rendered(counters: &Counters, samples: u32) -> Rendered<'_> {
     Rendered { samples, counters, learning: 0.0 }
 }
 
-/// After a first lesson, and trials of 4, 8, 16 … samples of such variances and rays.
+/// After a first lesson, and trials of 2, 4, 8 … samples of such variances and rays.
 fn tried(budget: f64, trials: &[(f64, u64)]) -> Worth {
     let mut worth = begun(10.0, budget);
     assert!(worth.pays() && worth.unguided());
-    worth.learnt(vec![20.0; PIXELS as usize], 5, &rendered(&counters(5), 2));
+    worth.learnt(vec![20.0; PIXELS as usize], 17, &rendered(&counters(5), 1));
     assert!(!worth.unguided());
     for (k, &(variance, rays)) in trials.iter().enumerate() {
         if worth.pays() {
-            worth.judge(&noise(variance), &rendered(&counters(rays), 4 << k));
+            worth.judge(&noise(variance), &rendered(&counters(rays), 2 << k));
         }
     }
     worth
@@ -61,12 +61,27 @@ fn a_short_budget_is_not_spent_on_learning() {
 }
 
 #[test]
+fn a_longer_budget_has_a_longer_yardstick() {
+    let taken = |samples, budget| {
+        let mut worth = Worth::new(true, PIXELS);
+        worth.add_pass(&Counters::default(), &counters(5));
+        assert_eq!((worth.more_samples(samples), worth.unlearnt()), (None, u32::MAX), "nothing is known of the budget");
+        worth.begin(&Noise { samples, ..noise(20.0) }, budget);
+        (worth.measures(), worth.more_samples(samples), worth.unlearnt())
+    };
+    assert_eq!(taken(2, 60.0), (false, None, 2));
+    assert_eq!(taken(2, 600.0), (true, Some(10), u32::MAX), "2 % of the budget");
+    assert_eq!(taken(2, 1e6), (true, Some(14), u32::MAX), "as many as there can be use for");
+    assert_eq!(taken(12, 600.0), (false, None, 12));
+}
+
+#[test]
 fn a_trial_that_loses_ends_before_it_has_cost_much_of_the_budget() {
-    // a quarter of the efficiency: of 4 samples, 8 − 2 are lost at twice the cost and variance
-    let worth = tried(100.0, &[(40.0, 10)]);
+    // a quarter of the efficiency: of 2 and 4 samples, 12 − 3 are lost at twice the cost and variance
+    let worth = tried(100.0, &[(40.0, 10); 2]);
     let verdict = worth.verdict().expect("it was tried");
     assert_eq!((verdict.reason, verdict.guided), (Reason::Losing, false));
-    assert!((verdict.lost - 6.0).abs() < 1e-9, "{} lost", verdict.lost);
+    assert!((verdict.lost - 9.0).abs() < 1e-9, "{} lost", verdict.lost);
     let trial = verdict.trial.expect("it was tried");
     assert!((trial.variance_ratio - 2.0).abs() < 1e-12 && trial.cost_ratio == 2.0);
     assert!((trial.gain() - 0.25).abs() < 1e-12);
@@ -83,16 +98,17 @@ fn a_guide_that_wins_or_is_about_to_stays() {
     for budget in [50.0, 1e3, 1e6] {
         assert!(tried(budget, &[(12.0, 10), (4.0, 10), (4.0, 10), (4.0, 10), (4.0, 10)]).pays(), "{budget}");
     }
-    // a first trial at little less than the unguided efficiency has roulette still to gain, and a bad one not enough
-    assert!(tried(30.0, &[(14.0, 10)]).pays() && !tried(30.0, &[(30.0, 10)]).pays());
+    assert!(tried(100.0, &[(60.0, 10)]).pays(), "a first trial says little, where there is time for another");
+    // before the last, one at little less than the unguided efficiency has roulette still to gain, and a bad one not enough
+    assert!(tried(40.0, &[(14.0, 10)]).pays() && !tried(40.0, &[(30.0, 10)]).pays());
 }
 
 #[test]
 fn the_last_and_longest_iteration_is_for_a_guide_that_wins() {
-    // nine tenths of the efficiency, three times: cheap as a trial, but not for the 70 samples that then are left
-    let (close, wins) = ([(11.1, 10); 3], [(9.5, 10); 3]);
-    assert!(!tried(200.0, &close).pays() && tried(200.0, &wins).pays());
-    assert!(tried(1e4, &close).pays(), "there is time to learn more");
+    // five sixths of the efficiency in the end: cheap as a trial, but not for the 60 samples that then are left
+    let trials = |last| [(14.0, 10), (12.4, 10), (11.1, 10), (last, 10)];
+    assert!(!tried(200.0, &trials(12.0)).pays() && tried(200.0, &trials(9.5)).pays());
+    assert!(tried(1e4, &trials(12.0)).pays(), "there is time to learn more");
 }
 
 #[test]
@@ -110,7 +126,7 @@ fn wild_light_may_cost_more_to_try() {
 fn cost_is_counted_or_what_the_clock_says_without_what_was_recorded() {
     let cost = |clock, guided: &Counters| {
         let mut worth = Worth::new(clock, PIXELS);
-        (0..PIXELS as usize).for_each(|pixel| worth.add_bounced(pixel, [6.0, 36.0]));
+        (0..PIXELS as usize).for_each(|pixel| worth.add_bounced(pixel, [12.0, 144.0]));
         // the first of several passes only warms caches
         let passes = [Counters::default(), counters(9), Counters::default(), counters(2)];
         worth.add_pass(&passes[0], &passes[1]);
