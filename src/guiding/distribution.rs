@@ -113,9 +113,31 @@ impl<'f> GuidingDistribution<'f> {
 
     /// A direction in world space and its density, that of `pdf` but where rounding takes it over the border of a cell.
     /// `u` chooses where to look, `inside` where within; in a quadtree `inside` is for both.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u: f64, inside: [f32; 2]) -> (Vec3, f32) {
         let (local, pdf) = match &self.directions {
+            // the default's, in place; the others by a call
+            Directions::Tree(nodes) => tree::sample(nodes, u, inside),
+            directions => directions.sample(u, inside),
+        };
+        (self.frame.to_world(local), pdf)
+    }
+
+    /// Density per steradian of `sample` at the unit direction `w`; 0 below the horizon of the state's frame.
+    #[inline(always)]
+    pub fn pdf(&self, w: Vec3) -> f32 {
+        let local = self.frame.to_local(w);
+        match &self.directions {
+            Directions::Tree(nodes) => tree::pdf(nodes, local),
+            directions => directions.pdf(local),
+        }
+    }
+}
+
+impl Directions<'_> {
+    #[inline(never)]
+    fn sample(&self, u: f64, inside: [f32; 2]) -> (Vec3, f32) {
+        match self {
             Directions::Tree(nodes) => tree::sample(nodes, u, inside),
             Directions::Quadtree(quadtree) => {
                 let w = quadtree.sample(inside);
@@ -133,15 +155,12 @@ impl<'f> GuidingDistribution<'f> {
                 let k = weighed(&tree.ends, u);
                 (tree.leaves.direction(k, inside), pmf(&tree.ends, k) / tree.leaves.solid_angle(k))
             }
-        };
-        (self.frame.to_world(local), pdf)
+        }
     }
 
-    /// Density per steradian of `sample` at the unit direction `w`; 0 below the horizon of the state's frame.
-    #[inline]
-    pub fn pdf(&self, w: Vec3) -> f32 {
-        let local = self.frame.to_local(w);
-        match &self.directions {
+    #[inline(never)]
+    fn pdf(&self, local: Vec3) -> f32 {
+        match self {
             Directions::Tree(nodes) => tree::pdf(nodes, local),
             Directions::Quadtree(quadtree) => quadtree.pdf(local),
             Directions::Strata { strata, row } => {

@@ -189,13 +189,13 @@ impl TableField {
     }
 
     /// The state of a point, as [`States::key`].
-    #[inline]
+    #[inline(always)]
     pub fn state(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> Option<StateKey> {
         self.states.key(p, n, jitter)
     }
 
     /// What is known of a state, where that is enough.
-    #[inline]
+    #[inline(always)]
     pub fn summary(&self, key: StateKey) -> Option<&Summary> {
         let mask = self.slots.len() - 1;
         let mut at = mix(key.0) as usize & mask;
@@ -212,7 +212,7 @@ impl TableField {
     }
 
     /// Where to go on at a point with the normal `n`, on the side of the path, of a state of which `summary` is known.
-    #[inline]
+    #[inline(always)]
     pub fn distribution(&self, summary: &Summary, n: Vec3) -> GuidingDistribution<'_> {
         let range = summary.first as usize..(summary.first + summary.rows) as usize;
         let normal = if summary.normal == Vec3::ZERO { n } else { summary.normal };

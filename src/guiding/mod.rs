@@ -172,7 +172,7 @@ impl<'a> Field<'a> {
     /// The states of the point `p` with unit normal `n` on the side of the path. `jitter`, in [0, 1)³, blends
     /// neighbouring states; 0.5 everywhere leaves the point where it is. Tables use two of its numbers. `None` while
     /// there are no states: sites are still to be placed, at points that [`Recorder::push_point`] takes.
-    #[inline]
+    #[inline(always)]
     pub fn place(self, p: Vec3, n: Vec3, jitter: [f32; 3]) -> Option<Place> {
         match self {
             Field::Tables(tables) => {
@@ -184,7 +184,7 @@ impl<'a> Field<'a> {
     }
 
     /// What is known of a state, where that is enough.
-    #[inline]
+    #[inline(always)]
     pub fn summary(self, key: StateKey) -> Option<&'a Summary> {
         match self {
             Field::Tables(tables) => tables.summary(key),
@@ -193,7 +193,7 @@ impl<'a> Field<'a> {
     }
 
     /// Where to go on at a point with the normal `n`, on the side of the path, of a state of which `summary` is known.
-    #[inline]
+    #[inline(always)]
     pub fn distribution(self, summary: &Summary, n: Vec3) -> GuidingDistribution<'a> {
         match self {
             Field::Tables(tables) => tables.distribution(summary, n),

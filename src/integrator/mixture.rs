@@ -72,7 +72,7 @@ impl<'a> Mixture<'a> {
         self.densities(bsdf, wi).mixture
     }
 
-    #[inline]
+    #[inline(always)]
     fn densities(&self, bsdf: f32, wi: Vec3) -> Densities {
         match self.guide {
             Some(guide) => self.mixed(bsdf, guide.pdf(wi)),
@@ -80,13 +80,13 @@ impl<'a> Mixture<'a> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn mixed(&self, bsdf: f32, guide: f32) -> Densities {
         Densities { mixture: self.bsdf_fraction * bsdf + (1.0 - self.bsdf_fraction) * guide, bsdf, guide }
     }
 
     /// Draws a direction. `wo` is in the shading frame. `None` where the path ends.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
         let Some(guide) = self.guide.filter(|_| rng.f32() >= self.bsdf_fraction) else {
             return self.sample_bsdf(si, wo, rng);
@@ -100,7 +100,7 @@ impl<'a> Mixture<'a> {
         (f != Rgb::ZERO && pdf.mixture > 0.0).then(|| DirectionSample { wi, weight: f / pdf.mixture, pdf: Some(pdf) })
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample_bsdf(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
         let drawn = self.bsdf.sample(wo, rng.f32(), rng.f32x2())?;
         let wi = si.frame.to_world(drawn.wi);

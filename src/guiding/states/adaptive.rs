@@ -43,7 +43,7 @@ impl Adaptive {
         Adaptive { origin, cells_per_unit, size, levels: vec![0; cells], max_level }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn key(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> StateKey {
         let p = (p - self.origin) * self.cells_per_unit;
         // moved by the extent of its own part of a cell, a point may come into a cell that is cut otherwise
@@ -54,7 +54,7 @@ impl Adaptive {
         StateKey(cell | (level as u64) << LEVEL_SHIFT)
     }
 
-    #[inline]
+    #[inline(always)]
     fn coarse(&self, p: Vec3) -> usize {
         // casts saturate
         let c = UVec3::new(p.x as u32, p.y as u32, p.z as u32).min(self.size - 1);

@@ -29,7 +29,7 @@ impl States {
     /// The state of point `p` with unit normal `n` on the side of the path. `jitter`, in [0, 1)², moves the point by up
     /// to half a state's extent along the surface: neighbouring tables blend over many queries, as in the stochastic
     /// filter of Müller (2019), and no query costs more than one look-up. `None` while there are no sites.
-    #[inline]
+    #[inline(always)]
     pub fn key(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> Option<StateKey> {
         match self {
             States::Grid(grid) => Some(grid.key(p, n, jitter)),
@@ -73,7 +73,7 @@ impl States {
 }
 
 /// Moves `p`, in units of cells, by up to half a cell along the surface with normal `n`.
-#[inline]
+#[inline(always)]
 fn jittered(p: Vec3, n: Vec3, jitter: [f32; 2]) -> Vec3 {
     let frame = Frame::from_normal(n);
     p + frame.s * (jitter[0] - 0.5) + frame.t * (jitter[1] - 0.5)
@@ -88,7 +88,7 @@ const NORMAL_BITS: u32 = 6;
 
 /// A key from the cell that holds `cell`, and a normal's bin. Casts saturate and the border is kept: far outside of
 /// the grid everything is one border cell.
-#[inline]
+#[inline(always)]
 fn pack(cell: Vec3, bin: usize) -> u64 {
     let limit = (1 << POSITION_BITS) - 1;
     let c = glam::IVec3::new(cell.x as i32, cell.y as i32, cell.z as i32);
@@ -98,7 +98,7 @@ fn pack(cell: Vec3, bin: usize) -> u64 {
 }
 
 /// The face of the cube that `n` points through, and the part of that face.
-#[inline]
+#[inline(always)]
 pub(super) fn normal_bin(n: Vec3) -> usize {
     let a = n.abs();
     let (face, major, x, y) = if a.x >= a.y && a.x >= a.z {

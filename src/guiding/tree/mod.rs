@@ -39,7 +39,7 @@ pub struct Node {
 
 impl Node {
     /// The cell's part of the unit interval.
-    #[inline]
+    #[inline(always)]
     fn range(&self, k: usize) -> (u32, u32) {
         let to = if k + 1 < FAN { self.starts[k + 1] as u32 } else { WHOLE };
         (self.starts[k] as u32, to)
@@ -65,7 +65,7 @@ pub fn bytes_per_node() -> usize {
 }
 
 /// Draws a direction in the state's frame from the nodes of a state; with its density per steradian, as [`pdf`] gives it.
-#[inline]
+#[inline(always)]
 pub fn sample(nodes: &[Node], mut u: f64, inside: [f32; 2]) -> (Vec3, f32) {
     let (mut node, mut place, mut density) = (&nodes[0], Place::ROOT, 1.0 / TAU);
     loop {
@@ -89,7 +89,7 @@ fn concentration(from: u32, to: u32) -> f32 {
 }
 
 /// Density per steradian of [`sample`] at a direction in the state's frame; 0 below the horizon.
-#[inline]
+#[inline(always)]
 pub fn pdf(nodes: &[Node], local: Vec3) -> f32 {
     let Some([x, y]) = coordinates(local) else { return 0.0 };
     let mut density = 1.0 / TAU;

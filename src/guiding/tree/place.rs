@@ -28,7 +28,7 @@ impl Place {
     }
 
     /// Uniform direction in the cell, in the state's frame.
-    #[inline]
+    #[inline(always)]
     pub fn direction(self, inside: [f32; 2]) -> Vec3 {
         let scale = 1.0 / self.side() as f32;
         let square = [(self.x as f32 + inside[0]) * scale, (self.y as f32 + inside[1]) * scale];
@@ -42,7 +42,7 @@ impl Place {
 }
 
 /// A direction in the state's frame, in units of the smallest cells.
-#[inline]
+#[inline(always)]
 pub fn coordinates(local: Vec3) -> Option<[u32; 2]> {
     const SMALLEST: f32 = (SIDE * SIDE * SIDE) as f32;
     (local.z >= 0.0).then(|| warp::uniform_hemisphere_to_square(local).map(|v| (v * SMALLEST) as u32))
