@@ -4,6 +4,7 @@ use super::group::{Group, parity};
 use super::tile::{Features, Tile, TileSamples};
 use crate::math::{Rgb, luminance};
 use crate::scene::description::Combine;
+use rayon::prelude::*;
 
 /// Samples for which albedo, normal and depth are averaged; they have little noise.
 pub const FEATURE_SAMPLES: u32 = 32;
@@ -20,16 +21,23 @@ pub struct Film {
     group: Group,
     /// The group before, until there is a better picture than its own to hold its noise against.
     pending: Option<Group>,
-    /// Of the groups before these, weighed together: means, and variances of the means.
-    mean: Vec<Rgb>,
-    variance: Vec<Rgb>,
-    /// Sum of weights, for the black and the white squares of a checkerboard over the pixels.
-    weight: [f64; 2],
-    samples: u32,
+    /// Of the groups before these.
+    picture: Picture,
     features: Vec<Features>,
     feature_samples: u32,
     /// Pixels that received none of the samples.
     blank: Vec<bool>,
+}
+
+/// Groups weighed together.
+#[derive(Clone, Debug, Default)]
+struct Picture {
+    mean: Vec<Rgb>,
+    /// Of the means.
+    variance: Vec<Rgb>,
+    /// Sum of weights, for the black and the white squares of a checkerboard over the pixels.
+    weight: [f64; 2],
+    samples: u32,
 }
 
 /// A picture with what is known of its noise.
@@ -57,10 +65,7 @@ impl Film {
             combine,
             group: Group::new(pixels),
             pending: None,
-            mean: vec![Rgb::ZERO; pixels],
-            variance: vec![Rgb::ZERO; pixels],
-            weight: [0.0; 2],
-            samples: 0,
+            picture: Picture::new(pixels),
             features: vec![Features::default(); pixels],
             feature_samples: 0,
             blank: vec![false; pixels],
@@ -108,67 +113,76 @@ impl Film {
     pub fn sample_variances(&self) -> Option<Vec<f64>> {
         let n = self.group.samples;
         let variance = |i: usize| luminance(self.group.moments(i).1) as f64 * n as f64;
-        (n >= 2).then(|| (0..self.mean.len()).map(variance).collect())
+        (n >= 2).then(|| (0..self.blank.len()).into_par_iter().map(variance).collect())
     }
 
     /// The picture so far.
     pub fn develop(&self) -> Estimate {
-        let mut film = self.clone();
+        let mut picture = self.picture.clone();
         // a rest too small to be weighed by its own variance joins only where there is nothing else
-        let alone = film.weight[0] + film.weight[1] == 0.0 && film.pending.is_none();
-        if film.group.samples >= MIN_GROUP || alone || film.combine != Combine::InverseVariance {
-            film.close_group();
+        let alone = picture.weight == [0.0; 2] && self.pending.is_none();
+        let joins = self.group.samples >= MIN_GROUP || alone || self.combine != Combine::InverseVariance;
+        let newest = Some(&self.group).filter(|group| joins && group.samples > 0);
+        if let Some(newest) = newest {
+            self.weigh_in(&mut picture, self.pending.as_ref(), newest);
         }
-        if let Some(last) = film.pending.take() {
-            film.weigh_in(&last, last.weights(film.width as usize, &last));
+        if let Some(last) = newest.or(self.pending.as_ref()).filter(|_| self.combine == Combine::InverseVariance) {
+            picture.weigh_in(self.width, last, last.weights(self.width as usize, last));
         }
         let share = 1.0 / self.feature_samples.max(1) as f32;
         Estimate {
             width: self.width,
             height: self.height,
-            mean: film.mean,
-            variance: film.variance,
-            samples: film.samples,
-            blank: film.blank,
+            mean: picture.mean,
+            variance: picture.variance,
+            samples: picture.samples,
+            blank: self.blank.clone(),
             features: self.features.iter().map(|&f| f * share).collect(),
         }
     }
 
     fn close_group(&mut self) {
-        if self.group.samples == 0 {
-            return;
-        }
-        let closed = std::mem::replace(&mut self.group, Group::new(self.mean.len()));
+        let closed = std::mem::replace(&mut self.group, Group::new(self.blank.len()));
+        let (mut picture, pending) = (std::mem::take(&mut self.picture), self.pending.take());
+        self.weigh_in(&mut picture, pending.as_ref(), &closed);
+        self.picture = picture;
+        self.pending = (self.combine == Combine::InverseVariance).then_some(closed);
+    }
+
+    /// Weighs the newest group into a picture; by inverse variance the one before it, as that has now a better picture than
+    /// its own to be held against.
+    fn weigh_in(&self, picture: &mut Picture, pending: Option<&Group>, newest: &Group) {
         match self.combine {
             Combine::Last => {
-                self.mean.fill(Rgb::ZERO);
-                self.variance.fill(Rgb::ZERO);
-                (self.weight, self.samples) = ([0.0; 2], 0);
-                self.weigh_in(&closed, [1.0; 2]);
+                *picture = Picture::new(self.blank.len());
+                picture.weigh_in(self.width, newest, [1.0; 2]);
             }
-            Combine::All => self.weigh_in(&closed, [closed.samples as f64; 2]),
+            Combine::All => picture.weigh_in(self.width, newest, [newest.samples as f64; 2]),
             Combine::InverseVariance => {
-                if let Some(before) = self.pending.take() {
-                    self.weigh_in(&before, before.weights(self.width as usize, &closed));
+                if let Some(before) = pending {
+                    picture.weigh_in(self.width, before, before.weights(self.width as usize, newest));
                 }
-                self.pending = Some(closed);
             }
         }
     }
+}
 
-    fn weigh_in(&mut self, group: &Group, weights: [f64; 2]) {
-        let width = self.width as usize;
+impl Picture {
+    fn new(pixels: usize) -> Picture {
+        Picture { mean: vec![Rgb::ZERO; pixels], variance: vec![Rgb::ZERO; pixels], weight: [0.0; 2], samples: 0 }
+    }
+
+    fn weigh_in(&mut self, width: u32, group: &Group, weights: [f64; 2]) {
         let totals = [0, 1].map(|colour| self.weight[colour] + weights[colour]);
         let new = [0, 1].map(|colour| (weights[colour] / totals[colour]) as f32);
         let old = [0, 1].map(|colour| (self.weight[colour] / totals[colour]) as f32);
-        for i in 0..self.mean.len() {
-            let colour = parity(i, width);
-            let (mean, variance) = group.moments(i);
+        self.mean.par_iter_mut().zip(&mut self.variance).enumerate().for_each(|(i, (mean, variance))| {
+            let colour = parity(i, width as usize);
+            let (newer, newer_variance) = group.moments(i);
             // steps towards the new mean: equal ones stay what they are to the last bit
-            let step = (mean - self.mean[i]) * new[colour];
-            self.mean[i] += step;
-            self.variance[i] = self.variance[i] * old[colour].powi(2) + variance * new[colour].powi(2);
-        }
+            *mean += (newer - *mean) * new[colour];
+            *variance = *variance * old[colour].powi(2) + newer_variance * new[colour].powi(2);
+        });
         self.weight = totals;
         self.samples += group.samples;
     }

@@ -1,4 +1,6 @@
-//! Averages over the neighbourhood of each pixel.
+//! Averages over pixels: over the neighbourhood of each, and over all but the noisiest.
+
+use rayon::prelude::*;
 
 /// Pixels to either side over which a picture is averaged.
 const REACH: usize = 3;
@@ -19,10 +21,20 @@ fn box_sums(values: &[f64], width: usize) -> Vec<f64> {
 
 fn line_sums(values: &[f64], width: usize) -> Vec<f64> {
     let near = |line: &[f64], x: usize| line[x.saturating_sub(REACH)..(x + REACH + 1).min(line.len())].iter().sum();
-    values.chunks_exact(width).flat_map(|line| (0..width).map(move |x| near(line, x))).collect()
+    let lines = values.par_chunks_exact(width);
+    lines.flat_map_iter(|line| (0..width).map(move |x| near(line, x))).collect()
 }
 
 fn transpose(values: &[f64], width: usize) -> Vec<f64> {
     let height = values.len() / width;
-    (0..values.len()).map(|i| values[(i % height) * width + i / height]).collect()
+    (0..width).into_par_iter().flat_map_iter(|x| (0..height).map(move |y| values[y * width + x])).collect()
+}
+
+/// Mean of all but a share of the largest.
+pub fn trimmed_mean(mut values: Vec<f64>, share: f64) -> f64 {
+    let kept = values.len() - (share * values.len() as f64) as usize;
+    if kept < values.len() {
+        values.select_nth_unstable_by(kept, f64::total_cmp);
+    }
+    values[..kept].iter().sum::<f64>() / kept.max(1) as f64
 }

@@ -1,6 +1,6 @@
 //! The samples of some iterations together, and how much they count among others.
 
-use super::blur::blur;
+use super::blur::{blur, trimmed_mean};
 use crate::math::{Rgb, luminance};
 use glam::DVec3;
 
@@ -53,13 +53,11 @@ impl Group {
                 0.0 => 0.0,
                 variance => variance / squares[i],
             };
-            let mut all: Vec<f64> = (0..self.sum.len()).filter(of_colour).map(relative).collect();
-            all.sort_unstable_by(f64::total_cmp);
-            let outliers = (OUTLIERS * self.samples as f64).min(MOST_OUTLIERS) * all.len() as f64;
-            all.truncate(all.len() - outliers as usize);
-            1.0 / (all.iter().sum::<f64>() / all.len().max(1) as f64).max(MIN_RELATIVE_VARIANCE)
+            let all: Vec<f64> = (0..self.sum.len()).filter(of_colour).map(relative).collect();
+            let outliers = (OUTLIERS * self.samples as f64).min(MOST_OUTLIERS);
+            1.0 / trimmed_mean(all, outliers).max(MIN_RELATIVE_VARIANCE)
         };
-        [weight(1), weight(0)]
+        rayon::join(|| weight(1), || weight(0)).into()
     }
 
     /// Squares of the luminance about each of the pixels that count, by these alone.

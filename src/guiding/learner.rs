@@ -67,6 +67,8 @@ impl Table {
 const STEP: f32 = 0.01;
 const FADE_FIRST: f32 = 0.9;
 const FADE_SECOND: f32 = 0.999;
+/// Steps after which one less `FADE_FIRST` to their power is 1 to the last bit.
+const FIRST_FADED: u32 = 200;
 /// Pulls the fraction towards one half.
 const REGULARISATION: f32 = 0.01;
 /// Keeps the share between 0.05 and 0.95: the mixture stays defensive, and the guide in use.
@@ -105,11 +107,9 @@ impl Learner {
         let Learner { shards, table, oriented, rate, .. } = self;
         shards.par_iter_mut().enumerate().for_each(|(k, shard)| {
             for transition in recorders.iter().flat_map(|recorder| recorder.shard(k)) {
-                if shard.get(transition.key).is_none() && !make_room(shard, table, transition, states, room) {
-                    continue;
+                if let Some(row) = row_for(shard, table, transition, states, room) {
+                    visit(shard.state_mut(row), transition, table, *oriented, *rate);
                 }
-                let state = shard.get_mut(transition.key).expect("it is there or was made");
-                visit(state, transition, table, *oriented, *rate);
             }
         });
     }
@@ -224,6 +224,13 @@ fn make_room(shard: &mut Shard, table: &Table, transition: &Transition, states: 
     fits
 }
 
+/// Where the transition's state is held, which is made where there is none and room for one.
+#[inline]
+fn row_for(shard: &mut Shard, table: &Table, transition: &Transition, states: &States, room: usize) -> Option<u32> {
+    let known = shard.row(transition.key);
+    known.or_else(|| make_room(shard, table, transition, states, room).then(|| shard.row(transition.key))?)
+}
+
 /// One visit.
 fn visit(state: &mut State, transition: &Transition, table: &Table, oriented: bool, rate: Rate) {
     state.visits += 1.0;
@@ -296,8 +303,9 @@ impl Fraction {
         self.second = FADE_SECOND * self.second + (1.0 - FADE_SECOND) * gradient * gradient;
         let unbiased = |moment: f32, fade: f32| moment / (1.0 - fade.powi(self.steps.min(10_000) as i32));
         let second = unbiased(self.second, FADE_SECOND).sqrt();
+        let first = if self.steps < FIRST_FADED { unbiased(self.first, FADE_FIRST) } else { self.first };
         if second > 0.0 {
-            let move_by = STEP * (unbiased(self.first, FADE_FIRST) / second + REGULARISATION * self.logit);
+            let move_by = STEP * (first / second + REGULARISATION * self.logit);
             self.logit = (self.logit - move_by).clamp(-MAX_LOGIT, MAX_LOGIT);
         }
     }

@@ -125,9 +125,15 @@ impl Shard {
         self.rows.get(&key).map(|&row| &self.states[row as usize])
     }
 
+    /// Where a state is held.
     #[inline]
-    pub fn get_mut(&mut self, key: StateKey) -> Option<&mut State> {
-        self.rows.get(&key).map(|&row| &mut self.states[row as usize])
+    pub fn row(&self, key: StateKey) -> Option<u32> {
+        self.rows.get(&key).copied()
+    }
+
+    #[inline]
+    pub fn state_mut(&mut self, row: u32) -> &mut State {
+        &mut self.states[row as usize]
     }
 
     pub fn insert(&mut self, state: State) -> &mut State {

@@ -161,7 +161,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             report.learn_seconds += timed(end).as_secs_f64();
             self.learnt_paths = self.learnt_paths.max(report.counters.paths);
         }
-        if go_on && (self.guided() || self.measures()) {
+        if go_on && (self.measures() || (self.guided() && !last)) {
             self.weigh(&report);
         }
         // what no guide had a part in is all alike

@@ -1,7 +1,7 @@
 //! How noisy one sample of the picture is, by the picture so far.
 
 use crate::film::accumulate::{Estimate, Film};
-use crate::film::blur::blur;
+use crate::film::blur::{blur, trimmed_mean};
 use crate::math::luminance;
 
 /// Share of the picture's mean luminance below which darker pixels are no more important.
@@ -14,7 +14,7 @@ pub const OUTLIERS: f64 = 0.005;
 pub struct Noise {
     /// Per pixel, the squared luminance that is expected there.
     pub squares: Vec<f64>,
-    /// Per pixel, the variance of one sample relative to it, in ascending order.
+    /// Per pixel, the variance of one sample relative to it.
     pub(super) relative: Vec<f64>,
     /// Samples per pixel that the picture holds.
     pub samples: u32,
@@ -23,7 +23,8 @@ pub struct Noise {
 impl Noise {
     /// `None` for a picture that is black, not finite, without noise, or of too few samples to show any.
     pub fn of(film: &Film) -> Option<Noise> {
-        Noise::weigh(&film.develop(), &film.sample_variances()?)
+        let (picture, variances) = rayon::join(|| film.develop(), || film.sample_variances());
+        Noise::weigh(&picture, &variances?)
     }
 
     /// `variances` are those of one sample of each pixel.
@@ -35,27 +36,18 @@ impl Noise {
         }
         let blurred = blur(&light, |_| true, estimate.width as usize);
         let squares: Vec<f64> = blurred.iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect();
-        let mut relative: Vec<f64> = variances.iter().zip(&squares).map(|(v, square)| v / square).collect();
-        relative.sort_unstable_by(f64::total_cmp);
+        let relative = variances.iter().zip(&squares).map(|(v, square)| v / square).collect();
         let noise = Noise { squares, relative, samples: estimate.samples };
         (noise.variance(OUTLIERS) > 0.0).then_some(noise)
     }
 
     /// Variance of one sample, relative to the picture, on average over the pixels but for a share of the noisiest.
     pub fn variance(&self, outliers: f64) -> f64 {
-        trimmed_mean(&self.relative, outliers)
+        trimmed_mean(self.relative.clone(), outliers)
     }
 
     /// The same of other samples, of which the variance in each pixel is given.
     pub fn variance_of(&self, variances: &[f64], outliers: f64) -> f64 {
-        let mut relative: Vec<f64> = variances.iter().zip(&self.squares).map(|(v, square)| v / square).collect();
-        relative.sort_unstable_by(f64::total_cmp);
-        trimmed_mean(&relative, outliers)
+        trimmed_mean(variances.iter().zip(&self.squares).map(|(v, square)| v / square).collect(), outliers)
     }
-}
-
-/// Mean of an ascending list but for a share of its last.
-fn trimmed_mean(ascending: &[f64], share: f64) -> f64 {
-    let kept = ((1.0 - share) * ascending.len() as f64).ceil() as usize;
-    ascending[..kept].iter().sum::<f64>() / kept.max(1) as f64
 }
