@@ -199,13 +199,12 @@ impl<'a> Surfaces<'a> {
         }
     }
 
-    /// Directions in the shading frames in the world, and [`SurfaceInteraction::spawn`] for them.
+    /// Directions in the shading frames in the world.
     #[inline(always)]
-    pub fn leave(&self, local: &Vec3Lanes, w: &mut Vec3Lanes, origin: &mut Vec3Lanes) {
+    pub fn to_world(&self, local: &Vec3Lanes, w: &mut Vec3Lanes) {
         for k in 0..LANES {
             w.set(k, self.shading_frame(k).to_world(local.get(k)));
         }
-        self.spawn(w, origin);
     }
 
     /// [`SurfaceInteraction::spawn`] for all.

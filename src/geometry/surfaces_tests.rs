@@ -88,7 +88,8 @@ fn directions_of_a_packet_are_those_of_single_points() {
         (0..LANES).for_each(|k| w.set(k, warp::square_to_uniform_sphere(rng.f32x2())));
         let [mut local, mut world, mut origin] = [Vec3Lanes::ZERO; 3];
         surfaces.to_local(&w, &mut local);
-        surfaces.leave(&local, &mut world, &mut origin);
+        surfaces.to_world(&local, &mut world);
+        surfaces.spawn(&world, &mut origin);
         for k in 0..LANES {
             let si = surfaces.get(k);
             assert_eq!(local.get(k), si.frame.to_local(w.get(k)));

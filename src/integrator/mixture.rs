@@ -42,6 +42,20 @@ pub struct Densities {
     pub guide: f32,
 }
 
+impl Densities {
+    /// Where the BSDF keeps a share of the directions.
+    #[inline(always)]
+    pub fn mixed(bsdf_fraction: f32, bsdf: f32, guide: f32) -> Densities {
+        Densities { mixture: bsdf_fraction * bsdf + (1.0 - bsdf_fraction) * guide, bsdf, guide }
+    }
+
+    /// Without a guide.
+    #[inline(always)]
+    pub fn plain(bsdf: f32) -> Densities {
+        Densities { mixture: bsdf, bsdf, guide: -1.0 }
+    }
+}
+
 impl<'a> Mixture<'a> {
     /// `guide` is what the state knows, `bsdf_fraction` the share that the BSDF keeps where there is a guide.
     #[inline]
@@ -75,14 +89,9 @@ impl<'a> Mixture<'a> {
     #[inline(always)]
     fn densities(&self, bsdf: f32, wi: Vec3) -> Densities {
         match self.guide {
-            Some(guide) => self.mixed(bsdf, guide.pdf(wi)),
-            None => Densities { mixture: bsdf, bsdf, guide: -1.0 },
+            Some(guide) => Densities::mixed(self.bsdf_fraction, bsdf, guide.pdf(wi)),
+            None => Densities::plain(bsdf),
         }
-    }
-
-    #[inline(always)]
-    fn mixed(&self, bsdf: f32, guide: f32) -> Densities {
-        Densities { mixture: self.bsdf_fraction * bsdf + (1.0 - self.bsdf_fraction) * guide, bsdf, guide }
     }
 
     /// Draws a direction. `wo` is in the shading frame. `None` where the path ends.
@@ -96,7 +105,7 @@ impl<'a> Mixture<'a> {
             return None;
         }
         let (f, bsdf_pdf) = self.bsdf.eval_pdf(wo, si.frame.to_local(wi));
-        let pdf = self.mixed(bsdf_pdf, guide_pdf);
+        let pdf = Densities::mixed(self.bsdf_fraction, bsdf_pdf, guide_pdf);
         (f != Rgb::ZERO && pdf.mixture > 0.0).then(|| DirectionSample { wi, weight: f / pdf.mixture, pdf: Some(pdf) })
     }
 
@@ -117,4 +126,4 @@ impl<'a> Mixture<'a> {
 
 #[cfg(test)]
 #[path = "mixture_tests.rs"]
-mod tests;
+pub mod tests;

@@ -1,5 +1,6 @@
 //! The path tracer: a batch of paths, advanced bounce by bounce.
 
+mod draw;
 mod guided;
 mod light;
 mod outcome;

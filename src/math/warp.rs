@@ -7,7 +7,7 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
 /// Unit disk by Shirley & Chiu's concentric map (1997, "A Low Distortion Map Between Disk and Square"):
 /// equal areas stay equal, neighbours stay neighbours.
-#[inline]
+#[inline(always)]
 pub fn square_to_disk(u: [f32; 2]) -> Vec2 {
     let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     // the angle from the nearer axis: there short polynomials do, without a call; and choices instead of jumps, which
@@ -21,7 +21,7 @@ pub fn square_to_disk(u: [f32; 2]) -> Vec2 {
 
 /// Sine and cosine on [−π/4, π/4] to 10⁻⁷ in single precision, by the polynomials of Moshier's Cephes library (1989,
 /// `sinf`, `cosf`).
-#[inline]
+#[inline(always)]
 fn sin_cos_eighth(x: f32) -> (f32, f32) {
     let s = x * x;
     let sin = (-1.951_529_6e-4 * s + 8.332_161e-3) * s - 1.666_665_5e-1;
@@ -30,26 +30,24 @@ fn sin_cos_eighth(x: f32) -> (f32, f32) {
 }
 
 /// The point of the unit square that [`square_to_disk`] sends to `p`; every component in [0, 1).
-#[inline]
+#[inline(always)]
 pub fn disk_to_square(p: Vec2) -> [f32; 2] {
     let r = p.length();
     let (ax, ay) = (p.x.abs(), p.y.abs());
+    // choices and no jumps, as above
+    let wide = ax > ay;
+    let (long, short) = if wide { (ax, ay) } else { (ay, ax) };
+    let ratio = if long > 0.0 { short / long } else { 0.0 };
     // angle from the nearer axis, in [0, π/4]
-    let angle = atan_unit(if ax > ay {
-        ay / ax
-    } else if ay > 0.0 {
-        ax / ay
-    } else {
-        0.0
-    });
-    let minor = r * angle / FRAC_PI_4;
-    let (x, y) = if ax > ay { (r.copysign(p.x), minor.copysign(p.y)) } else { (minor.copysign(p.x), r.copysign(p.y)) };
+    let minor = r * atan_unit(ratio) / FRAC_PI_4;
+    let (x, y) = if wide { (r, minor) } else { (minor, r) };
+    let (x, y) = (x.copysign(p.x), y.copysign(p.y));
     let to_unit = |v: f32| (0.5 * (v + 1.0)).clamp(0.0, super::ONE_MINUS_EPSILON);
     [to_unit(x), to_unit(y)]
 }
 
 /// atan on [0, 1] to 2·10⁻⁷ in single precision (Abramowitz & Stegun 1964, eq. 4.4.49): the table look-ups need no more.
-#[inline]
+#[inline(always)]
 pub fn atan_unit(t: f32) -> f32 {
     let s = t * t;
     let p = 0.002_866_225_7;
@@ -78,7 +76,7 @@ pub fn square_to_cosine_hemisphere_pdf(w: Vec3) -> f32 {
 
 /// Uniform hemisphere about +z, equal-area and concentric: strata of the square become compact strata of
 /// equal solid angle.
-#[inline]
+#[inline(always)]
 pub fn square_to_uniform_hemisphere(u: [f32; 2]) -> Vec3 {
     let d = square_to_disk(u);
     let r2 = d.length_squared();
@@ -93,7 +91,7 @@ pub fn square_to_uniform_hemisphere_pdf(w: Vec3) -> f32 {
 }
 
 /// Inverse of [`square_to_uniform_hemisphere`]; a direction below the horizon maps like its mirror image above.
-#[inline]
+#[inline(always)]
 pub fn uniform_hemisphere_to_square(w: Vec3) -> [f32; 2] {
     let r2 = 1.0 - w.z.abs();
     let scale = 1.0 / (2.0 - r2).max(1e-12).sqrt();

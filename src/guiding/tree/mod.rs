@@ -13,8 +13,9 @@ pub use leaves::{LeafIndex, leaves};
 pub use shape::{Totals, TreeShape};
 
 use super::qtable::Entry;
+use crate::math::warp;
 use glam::Vec3;
-use place::{Place, cell_at, coordinates};
+use place::{Place, cell_at, cells_of};
 use std::f32::consts::TAU;
 
 /// Cells along the side of a node.
@@ -66,7 +67,14 @@ pub fn bytes_per_node() -> usize {
 
 /// Draws a direction in the state's frame from the nodes of a state; with its density per steradian, as [`pdf`] gives it.
 #[inline(always)]
-pub fn sample(nodes: &[Node], mut u: f64, inside: [f32; 2]) -> (Vec3, f32) {
+pub fn sample(nodes: &[Node], u: f64, inside: [f32; 2]) -> (Vec3, f32) {
+    let (cell, density) = draw(nodes, u);
+    (cell.direction(inside), density)
+}
+
+/// Draws a cell; with its density per steradian.
+#[inline(always)]
+pub fn draw(nodes: &[Node], mut u: f64) -> (Place, f32) {
     let (mut node, mut place, mut density) = (&nodes[0], Place::ROOT, 1.0 / TAU);
     loop {
         let k = node.cell((u * WHOLE as f64) as u16);
@@ -75,7 +83,7 @@ pub fn sample(nodes: &[Node], mut u: f64, inside: [f32; 2]) -> (Vec3, f32) {
         density *= concentration(from, to);
         let child = node.children[k] as usize;
         if child == 0 {
-            return (place.direction(inside), density);
+            return (place, density);
         }
         u = ((u * WHOLE as f64 - from as f64) / (to - from) as f64).min(crate::math::ONE_MINUS_EPSILON_F64);
         node = &nodes[child];
@@ -91,7 +99,13 @@ fn concentration(from: u32, to: u32) -> f32 {
 /// Density per steradian of [`sample`] at a direction in the state's frame; 0 below the horizon.
 #[inline(always)]
 pub fn pdf(nodes: &[Node], local: Vec3) -> f32 {
-    let Some([x, y]) = coordinates(local) else { return 0.0 };
+    if local.z >= 0.0 { density(nodes, warp::uniform_hemisphere_to_square(local)) } else { 0.0 }
+}
+
+/// The same at the direction of a point of the hemisphere's square.
+#[inline(always)]
+pub fn density(nodes: &[Node], square: [f32; 2]) -> f32 {
+    let [x, y] = cells_of(square);
     let mut density = 1.0 / TAU;
     let mut node = &nodes[0];
     for depth in 1..=DEPTH {

@@ -30,9 +30,14 @@ impl Place {
     /// Uniform direction in the cell, in the state's frame.
     #[inline(always)]
     pub fn direction(self, inside: [f32; 2]) -> Vec3 {
+        warp::square_to_uniform_hemisphere(self.point(inside))
+    }
+
+    /// The point of the hemisphere's square that it comes from.
+    #[inline(always)]
+    pub fn point(self, inside: [f32; 2]) -> [f32; 2] {
         let scale = 1.0 / self.side() as f32;
-        let square = [(self.x as f32 + inside[0]) * scale, (self.y as f32 + inside[1]) * scale];
-        warp::square_to_uniform_hemisphere(square)
+        [(self.x as f32 + inside[0]) * scale, (self.y as f32 + inside[1]) * scale]
     }
 
     #[inline]
@@ -44,8 +49,14 @@ impl Place {
 /// A direction in the state's frame, in units of the smallest cells.
 #[inline(always)]
 pub fn coordinates(local: Vec3) -> Option<[u32; 2]> {
+    (local.z >= 0.0).then(|| cells_of(warp::uniform_hemisphere_to_square(local)))
+}
+
+/// A point of the hemisphere's square in these units.
+#[inline(always)]
+pub fn cells_of(square: [f32; 2]) -> [u32; 2] {
     const SMALLEST: f32 = (SIDE * SIDE * SIDE) as f32;
-    (local.z >= 0.0).then(|| warp::uniform_hemisphere_to_square(local).map(|v| (v * SMALLEST) as u32))
+    square.map(|v| (v * SMALLEST) as u32)
 }
 
 /// The cell at `depth` that holds the coordinates.

@@ -36,11 +36,11 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         }
         for k in 0..packet.surfaces.len() {
             let (Some(bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdf[k], packet.guided[k]) else {
-                packet.directions[k] = None;
+                packet.lead(k, None);
                 continue;
             };
             self.expect(guide, summary, &bsdf, depth, packet.kept[k]);
-            packet.directions[k] = self.directions(guide, summary, packet, k, &bsdf);
+            packet.lead(k, self.directions(guide, summary, packet, k, &bsdf));
         }
     }
 

@@ -3,8 +3,8 @@
 use super::guided::Guided;
 use crate::bsdf::{Bsdf, DiffuseLanes};
 use crate::geometry::Surfaces;
-use crate::guiding::GuidingDistribution;
-use crate::integrator::mixture::Mixture;
+use crate::guiding::{GuideLanes, GuidingDistribution};
+use crate::integrator::mixture::{Densities, Mixture};
 use crate::light::LightSamples;
 use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
 use crate::math::{Rgb, rng::Rng};
@@ -23,12 +23,14 @@ pub(super) struct Packet<'a> {
     /// Where each vertex is kept for learning, by its place in its wave.
     pub kept: [u32; LANES],
     /// The guide's directions and the share that the BSDF keeps, where the guide can help.
-    pub directions: [Option<(GuidingDistribution<'a>, f32)>; LANES],
+    directions: [Option<(GuidingDistribution<'a>, f32)>; LANES],
+    /// Those of them that are trees.
+    trees: GuideLanes<'a>,
     pub lights: LightSamples,
     pub rng: [Rng; LANES],
 }
 
-impl Packet<'_> {
+impl<'a> Packet<'a> {
     pub fn new() -> Self {
         Packet {
             surfaces: Surfaces::new(),
@@ -38,9 +40,27 @@ impl Packet<'_> {
             guided: [None; LANES],
             kept: [0; LANES],
             directions: [const { None }; LANES],
+            trees: GuideLanes::new(),
             lights: LightSamples::new(),
             rng: [Rng::new(0); LANES],
         }
+    }
+
+    /// Takes the guide's directions at vertex `k`, where there are any, with the share that the BSDF keeps.
+    #[inline(always)]
+    pub fn lead(&mut self, k: usize, directions: Option<(GuidingDistribution<'a>, f32)>) {
+        self.trees.set(k, directions.as_ref().map(|(distribution, _)| distribution));
+        self.directions[k] = directions;
+    }
+
+    /// The share of the directions at vertex `k` that the BSDF keeps, where a guide draws the others.
+    #[inline(always)]
+    pub fn bsdf_fraction(&self, k: usize) -> Option<f32> {
+        self.directions[k].as_ref().map(|&(_, fraction)| fraction)
+    }
+
+    pub fn trees(&self) -> &GuideLanes<'a> {
+        &self.trees
     }
 
     /// How directions are drawn at vertex `k`; `None` where the path ends.
@@ -55,8 +75,14 @@ impl Packet<'_> {
 
     /// Whether at vertex `k` directions are drawn by Lambert's law alone.
     #[inline(always)]
-    pub fn is_plain(&self, k: usize) -> bool {
+    fn is_plain(&self, k: usize) -> bool {
         self.diffuse.is(k) && self.directions[k].is_none()
+    }
+
+    /// Whether at vertex `k` directions are drawn by Lambert's law, alone or with a tree: both are known side by side.
+    #[inline(always)]
+    pub fn is_wide(&self, k: usize) -> bool {
+        self.diffuse.is(k) && (self.directions[k].is_none() || self.trees.is(k))
     }
 
     /// [`Mixture::eval_pdf`] towards the lights that were drawn. Any where there are none.
@@ -70,8 +96,17 @@ impl Packet<'_> {
             f.set(k, if lit { f.get(k) } else { Rgb::ZERO });
             pdf[k] = if lit { pdf[k] } else { 0.0 };
         }
+        let mut guide = [0.0; LANES];
+        if self.trees.any() {
+            self.trees.pdf(wi, &mut guide);
+        }
         for k in 0..surfaces.len() {
             if self.is_plain(k) || self.lights.pdf[k] <= 0.0 {
+                continue;
+            }
+            if let Some(fraction) = self.bsdf_fraction(k).filter(|_| self.is_wide(k)) {
+                let mixed = Densities::mixed(fraction, pdf[k], guide[k]).mixture;
+                pdf[k] = if f.get(k) != Rgb::ZERO { mixed } else { pdf[k] };
                 continue;
             }
             let Some(mixture) = self.mixture(k) else { continue };

@@ -1,5 +1,6 @@
 //! What happens at the vertices of a wave, narrated: a packet at a time, step by step.
 
+use super::draw::Numbers;
 use super::guided::edge;
 use super::packet::Packet;
 use super::{PathIntegrator, Probe, Stage, Walk};
@@ -7,8 +8,8 @@ use crate::embree::Ray;
 use crate::film::tile::Features;
 use crate::integrator::backup::{Arrival, Edge};
 use crate::integrator::batch::{PathState, Paths};
-use crate::integrator::mixture::{Densities, DirectionSample, Mixture};
-use crate::math::lanes::{LANES, Vec3Lanes};
+use crate::integrator::mixture::{DirectionSample, Mixture};
+use crate::math::lanes::LANES;
 use crate::math::{Rgb, luminance, rng::Rng};
 use glam::Vec3;
 use std::ops::Range;
@@ -109,34 +110,23 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         packet.diffuse.set(k, packet.bsdf[k].as_ref());
     }
 
-    /// Draws where paths go on, and lays their next rays. What Lambert's law alone draws is drawn side by side.
+    /// Draws where paths go on, and lays their next rays.
     fn go_on(&mut self, packet: &mut Packet<'a>, depth: u32) {
         let mut survival = [Survival::default(); LANES];
-        let mut u = [[0.0; LANES]; 2];
+        let mut numbers = Numbers::default();
         for k in 0..packet.surfaces.len() {
             survival[k] = self.survival(packet, k, depth);
-            if packet.is_plain(k) {
-                // the first is the number that chooses a lobe, where there are several
-                let [_, u0, u1] = [packet.rng[k].f32(), packet.rng[k].f32(), packet.rng[k].f32()];
-                (u[0][k], u[1][k]) = (u0, u1);
+            if packet.is_wide(k) && survival[k].count == 1 {
+                packet.draw_numbers(k, &mut numbers);
             }
         }
-        let (mut local, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
-        packet.diffuse.sample(packet.surfaces.wo_locals(), &u, &mut local, &mut pdf);
-        let (mut dir, mut org) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO);
-        packet.surfaces.leave(&local, &mut dir, &mut org);
+        let drawn = packet.draw(&numbers);
         for (k, survival) in survival.iter().enumerate() {
-            if survival.count == 0 {
-                continue;
-            }
-            if packet.is_plain(k) && survival.count == 1 {
-                let (wi, weight) = (dir.get(k), packet.diffuse.reflectance(k));
-                if pdf[k] > 0.0 && weight != Rgb::ZERO && packet.surfaces.consistent(k, wi) {
-                    let pdf = Some(Densities { mixture: pdf[k], bsdf: pdf[k], guide: -1.0 });
-                    let next = DirectionSample { wi, weight, pdf };
-                    self.lay(packet, k, survival, (org.get(k), next), packet.rng[k]);
+            if packet.is_wide(k) && survival.count == 1 {
+                if let Some(next) = packet.drawn(k, &numbers, &drawn) {
+                    self.lay(packet, k, survival, next, packet.rng[k]);
                 }
-            } else {
+            } else if survival.count > 0 {
                 self.draw(packet, k, survival);
             }
         }

@@ -1,0 +1,92 @@
+//! What the guide proposes at the vertices of a packet, side by side.
+
+use super::GuidingDistribution;
+use super::tree::{self, Node};
+use crate::geometry::Frame;
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use crate::math::warp;
+
+/// The trees of a packet: what [`GuidingDistribution`] gives one by one, to the last bit. A tree is walked vertex by vertex; what
+/// is arithmetic before and after is done for all.
+pub struct GuideLanes<'f> {
+    /// Empty where there is no tree.
+    nodes: [&'f [Node]; LANES],
+    frame: [Vec3Lanes; 3],
+}
+
+impl<'f> GuideLanes<'f> {
+    pub fn new() -> GuideLanes<'f> {
+        GuideLanes { nodes: [&[]; LANES], frame: [Vec3Lanes::ZERO; 3] }
+    }
+
+    /// Distributions of other kinds than trees are not held.
+    #[inline(always)]
+    pub fn set(&mut self, k: usize, distribution: Option<&GuidingDistribution<'f>>) {
+        self.nodes[k] = &[];
+        if let Some((frame, nodes)) = distribution.and_then(GuidingDistribution::tree) {
+            self.nodes[k] = nodes;
+            self.frame[0].set(k, frame.s);
+            self.frame[1].set(k, frame.t);
+            self.frame[2].set(k, frame.n);
+        }
+    }
+
+    /// Whether vertex `k` has a tree.
+    #[inline(always)]
+    pub fn is(&self, k: usize) -> bool {
+        !self.nodes[k].is_empty()
+    }
+
+    #[inline(always)]
+    pub fn any(&self) -> bool {
+        self.nodes.iter().any(|nodes| !nodes.is_empty())
+    }
+
+    /// As [`GuidingDistribution::pdf`]; 0 where there is no tree.
+    #[inline(never)]
+    pub fn pdf(&self, w: &Vec3Lanes, pdf: &mut Lanes) {
+        let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for k in 0..LANES {
+            let local = self.frame(k).to_local(w.get(k));
+            let square = warp::uniform_hemisphere_to_square(local);
+            (x[k], y[k], z[k]) = (square[0], square[1], local.z);
+        }
+        for k in 0..LANES {
+            let seen = self.is(k) && z[k] >= 0.0;
+            pdf[k] = if seen { tree::density(self.nodes[k], [x[k], y[k]]) } else { 0.0 };
+        }
+    }
+
+    /// As [`GuidingDistribution::sample`] for the vertices that are to draw, which have trees; `w` of others is any direction.
+    #[inline(never)]
+    pub fn sample(
+        &self,
+        draws: &[bool; LANES],
+        u: &[f64; LANES],
+        inside: &[Lanes; 2],
+        w: &mut Vec3Lanes,
+        pdf: &mut Lanes,
+    ) {
+        let mut square = [[0.5; LANES]; 2];
+        for k in (0..LANES).filter(|&k| draws[k]) {
+            let (cell, density) = tree::draw(self.nodes[k], u[k]);
+            [square[0][k], square[1][k]] = cell.point([inside[0][k], inside[1][k]]);
+            pdf[k] = density;
+        }
+        for k in 0..LANES {
+            let local = warp::square_to_uniform_hemisphere([square[0][k], square[1][k]]);
+            w.set(k, self.frame(k).to_world(local));
+        }
+    }
+
+    #[inline(always)]
+    fn frame(&self, k: usize) -> Frame {
+        Frame { s: self.frame[0].get(k), t: self.frame[1].get(k), n: self.frame[2].get(k) }
+    }
+}
+
+impl Default for GuideLanes<'_> {
+    fn default() -> Self {
+        GuideLanes::new()
+    }
+}
