@@ -36,7 +36,7 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
     let (mut by_guide, mut by_bsdf, mut ended) = (0, 0, 0);
     for _ in 0..40 {
         let surfaces = surfaces::packet(&mesh, &mut rng);
-        let table = |k: usize| if k % 3 == 0 { DirectionTable::Tree } else { DirectionTable::Hemisphere };
+        let table = |k: usize| if k.is_multiple_of(3) { DirectionTable::Tree } else { DirectionTable::Hemisphere };
         let guides: Vec<_> = (0..LANES).map(|k| learnt(&surfaces.get(k), table(k), &mut rng)).collect();
         let mut packet = Packet::new();
         packet.surfaces = surfaces;
