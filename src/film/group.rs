@@ -3,6 +3,7 @@
 use super::blur::{blur, trimmed_mean};
 use crate::math::{Rgb, luminance};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Pictures weighed against each other must not be told apart by less than rounding.
 const MIN_RELATIVE_VARIANCE: f64 = 1e-12;
@@ -37,6 +38,21 @@ impl Group {
             return (mean, Rgb::ZERO);
         }
         (mean, (self.sum_squares[i] / n - mean * mean).max(Rgb::ZERO) / (n - 1.0))
+    }
+
+    /// The samples that came after those of `before`.
+    pub fn since(&self, before: &Group) -> Group {
+        Group {
+            sum: self.sum.iter().zip(&before.sum).map(|(all, before)| all - before).collect(),
+            sum_squares: self.sum_squares.iter().zip(&before.sum_squares).map(|(all, before)| all - before).collect(),
+            samples: self.samples - before.samples,
+        }
+    }
+
+    /// Variance of the luminance of one sample, pixel by pixel; `None` where there are fewer than two.
+    pub fn sample_variances(&self) -> Option<Vec<f64>> {
+        let variance = |i: usize| luminance(self.moments(i).1) as f64 * self.samples as f64;
+        (self.samples >= 2).then(|| (0..self.sum.len()).into_par_iter().map(variance).collect())
     }
 
     /// Inverse of the mean relative variance (Müller 2019 weighs iterations so), for either colour of the

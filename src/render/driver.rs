@@ -155,8 +155,8 @@ impl<'a, W: Watch> Driver<'a, W> {
             }
         }
         if let Some(guide) = self.guide.as_mut().filter(|_| learn && (go_on || self.keep)) {
-            // An iteration that was cut short says too little of where states are to be refined or dropped.
-            let whole = report.samples >= samples / 2;
+            // An iteration that was broken off says too little of where states are to be refined or dropped.
+            let whole = go_on || report.samples >= samples / 2;
             let end = || if whole { guide.end_iteration(report.samples) } else { guide.refresh() };
             report.learn_seconds += timed(end).as_secs_f64();
             self.learnt_paths = self.learnt_paths.max(report.counters.paths);

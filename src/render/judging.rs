@@ -16,7 +16,7 @@ impl<W: Watch> Driver<'_, W> {
     /// Samples per pixel of the iteration after one that planned so many. Once there is no guide, all of the rest is one.
     pub(super) fn next_length(&self, planned: u32) -> u32 {
         match &self.worth {
-            Some(worth) if worth.measures() => worth.more_samples(self.samples).unwrap_or(2 * planned),
+            Some(worth) if worth.measures() => worth.more_samples(self.samples).unwrap_or((2 * planned).min(LONGEST)),
             Some(worth) if !worth.pays() => LONGEST,
             Some(worth) if worth.unguided() => LESSON,
             _ => (2 * planned).min(LONGEST),
@@ -35,10 +35,10 @@ impl<W: Watch> Driver<'_, W> {
 
     /// What the noise of an iteration says of roulette, and of the guide.
     pub(super) fn weigh(&mut self, report: &IterationReport) {
-        let Some((noise, variances)) = Noise::of(&self.film).zip(self.film.sample_variances()) else { return };
+        let Some(noise) = Noise::of(&self.film) else { return };
         if self.settings.integrator.roulette == Roulette::Guided {
             // of samples that the guide did not learn from it knows nothing
-            let learnt = noise.samples.saturating_sub(self.worth.as_ref().map_or(0, Worth::unlearnt));
+            let learnt = self.samples.saturating_sub(self.worth.as_ref().map_or(0, Worth::unlearnt));
             self.efficiency = efficiency::efficiency(&noise, learnt, &report.counters).or(self.efficiency.take());
         }
         let pixels = self.pixels() as f64;
@@ -48,10 +48,14 @@ impl<W: Watch> Driver<'_, W> {
         let rendered = Rendered { samples: report.samples, counters: &report.counters, learning };
         if worth.measures() {
             worth.begin(&noise, budget);
-        } else if worth.unguided() {
+            return;
+        }
+        // not of earlier iterations, with which the film may weigh a short one
+        let Some(variances) = self.film.newest_variances() else { return };
+        if worth.unguided() {
             worth.learnt(variances, self.samples, &rendered);
         } else {
-            worth.judge(&noise, &rendered);
+            worth.judge(&noise, &variances, &rendered);
         }
     }
 

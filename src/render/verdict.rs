@@ -11,10 +11,10 @@ pub struct Verdict {
     pub bounced: f64,
     /// Unguided samples per pixel that the budget holds.
     pub budget: f64,
-    /// Of these, what the guide has cost so far; less than none where it has gained.
+    /// Of these, what the guide has cost before the last iteration; less than none where it has gained.
     pub lost: f64,
     pub reason: Reason,
-    /// How the guide did in its newest iteration, where it was tried.
+    /// How the guide did in the iteration before the last, where it was tried.
     pub trial: Option<Trial>,
 }
 

@@ -3,9 +3,10 @@
 //! First some samples are taken as if there were no guide, and nothing is learnt from them: a *yardstick*. It tells what a
 //! sample costs, and so how many the budget holds; how samples vary; and how much of that comes from light that bounced,
 //! which is all that a better choice of directions can help with. Where little varies, or the budget is too short to learn
-//! in, that is all. Else the guide learns, and each of its iterations is held against the yardstick by the figure of merit
-//! of a Monte Carlo estimator, 1/(variance · cost). What the trial has lost so far is reckoned in samples: once it is more
-//! than a small share of the budget, and the guide neither wins nor is about to, the render goes on without it.
+//! in, that is all. Else the guide learns, first from a sample as unguided as these, and each of its iterations is held
+//! against the yardstick by the figure of merit of a Monte Carlo estimator, 1/(variance · cost). What the trial has lost so
+//! far is reckoned in samples: once it is more than a small share of the budget, and the guide neither wins nor is about to,
+//! the render goes on without it.
 
 use super::noise::Noise;
 use super::verdict::{Reason, Trial, Verdict};
@@ -17,8 +18,8 @@ use crate::integrator::Counters;
 const CALM: f64 = 3.0;
 
 /// Samples per pixel, and camera paths, of the least budget in which a guide learns soon enough to pay. With 0.2 million
-/// paths every guide lost on rooms that it later rendered three times as well; with ten samples per pixel there are no
-/// iterations to learn in.
+/// paths every guide lost on rooms that it later rendered three times as well; yardstick, first lesson and two trials take
+/// what some twenty unguided samples do.
 const LEAST_SAMPLES: f64 = 32.0;
 const LEAST_PATHS: f64 = 8e5;
 
@@ -242,14 +243,15 @@ impl Worth {
         self.lost += samples * (whole / yardstick.cost - 1.0);
     }
 
-    /// Judges by an iteration of guided samples, after [`Self::learnt`].
-    pub fn judge(&mut self, noise: &Noise, rendered: &Rendered) {
+    /// Judges by an iteration of guided samples, after [`Self::learnt`]. `variances` are those of one of them.
+    pub fn judge(&mut self, noise: &Noise, variances: &[f64], rendered: &Rendered) {
         let Some(yardstick) = &self.yardstick else { return };
         let unguided = noise.variance_of(&yardstick.variances, outliers(yardstick.samples as f64));
         let samples = rendered.samples as f64;
         let drawing = self.drawing(rendered.counters) / rendered.paths() / yardstick.cost;
         let whole = drawing + self.learning(rendered) / rendered.paths() / yardstick.cost;
-        let trial = Trial { variance_ratio: noise.variance(outliers(samples)) / unguided, cost_ratio: drawing };
+        let trial =
+            Trial { variance_ratio: noise.variance_of(variances, outliers(samples)) / unguided, cost_ratio: drawing };
         self.variance = unguided;
         self.lost += samples * (whole - 1.0 / trial.variance_ratio);
         self.spent += samples * whole;

@@ -38,7 +38,7 @@ fn tried(budget: f64, trials: &[(f64, u64)]) -> Worth {
     assert!(!worth.unguided());
     for (k, &(variance, rays)) in trials.iter().enumerate() {
         if worth.pays() {
-            worth.judge(&noise(variance), &rendered(&counters(rays), 2 << k));
+            worth.judge(&noise(20.0), &vec![variance; PIXELS as usize], &rendered(&counters(rays), 2 << k));
         }
     }
     worth
@@ -116,7 +116,7 @@ fn wild_light_may_cost_more_to_try() {
     let lost = |variance: f64| {
         let mut worth = begun(10.0, 60.0);
         worth.learnt(vec![variance; PIXELS as usize], 5, &rendered(&counters(5), 2));
-        worth.judge(&noise(1.1 * variance), &rendered(&counters(10), 4));
+        worth.judge(&noise(variance), &vec![1.1 * variance; PIXELS as usize], &rendered(&counters(10), 4));
         worth.pays()
     };
     assert!(!lost(20.0) && lost(400.0), "the same trial, of a variance that turned out to be so much larger");
@@ -133,7 +133,7 @@ fn cost_is_counted_or_what_the_clock_says_without_what_was_recorded() {
         worth.add_pass(&passes[2], &passes[3]);
         worth.begin(&noise(20.0), 1e3);
         worth.learnt(vec![20.0; PIXELS as usize], 5, &rendered(&passes[3], 2));
-        worth.judge(&noise(20.0), &rendered(guided, 4));
+        worth.judge(&noise(20.0), &vec![20.0; PIXELS as usize], &rendered(guided, 4));
         let verdict = worth.verdict().expect("it was tried");
         (verdict.trial.expect("it was tried").cost_ratio, verdict.lost)
     };
