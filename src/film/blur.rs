@@ -31,7 +31,7 @@ fn transpose(values: &[f64], width: usize) -> Vec<f64> {
 }
 
 /// Mean of all but a share of the largest.
-pub fn trimmed_mean(mut values: Vec<f64>, share: f64) -> f64 {
+pub fn mean_without_largest(mut values: Vec<f64>, share: f64) -> f64 {
     let kept = values.len() - (share * values.len() as f64) as usize;
     if kept < values.len() {
         values.select_nth_unstable_by(kept, f64::total_cmp);

@@ -1,6 +1,6 @@
 //! The samples of some iterations together, and how much they count among others.
 
-use super::blur::{blur, trimmed_mean};
+use super::blur::{blur, mean_without_largest};
 use crate::math::{Rgb, luminance};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -71,7 +71,7 @@ impl Group {
             };
             let all: Vec<f64> = (0..self.sum.len()).filter(of_colour).map(relative).collect();
             let outliers = (OUTLIERS * self.samples as f64).min(MOST_OUTLIERS);
-            1.0 / trimmed_mean(all, outliers).max(MIN_RELATIVE_VARIANCE)
+            1.0 / mean_without_largest(all, outliers).max(MIN_RELATIVE_VARIANCE)
         };
         rayon::join(|| weight(1), || weight(0)).into()
     }

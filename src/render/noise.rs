@@ -1,7 +1,7 @@
 //! How noisy one sample of the picture is, by the picture so far.
 
 use crate::film::accumulate::{Estimate, Film};
-use crate::film::blur::{blur, trimmed_mean};
+use crate::film::blur::{blur, mean_without_largest};
 use crate::math::luminance;
 
 /// Share of the picture's mean luminance below which darker pixels are no more important.
@@ -43,11 +43,11 @@ impl Noise {
 
     /// Variance of one sample, relative to the picture, on average over the pixels but for a share of the noisiest.
     pub fn variance(&self, outliers: f64) -> f64 {
-        trimmed_mean(self.relative.clone(), outliers)
+        mean_without_largest(self.relative.clone(), outliers)
     }
 
     /// The same of other samples, of which the variance in each pixel is given.
     pub fn variance_of(&self, variances: &[f64], outliers: f64) -> f64 {
-        trimmed_mean(variances.iter().zip(&self.squares).map(|(v, square)| v / square).collect(), outliers)
+        mean_without_largest(variances.iter().zip(&self.squares).map(|(v, square)| v / square).collect(), outliers)
     }
 }

@@ -120,10 +120,10 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
                 packet.draw_numbers(k, &mut numbers);
             }
         }
-        let drawn = packet.draw(&numbers);
+        let proposals = packet.propose(&numbers);
         for (k, survival) in survival.iter().enumerate() {
-            if packet.is_wide(k) && survival.count == 1 {
-                if let Some(next) = packet.drawn(k, &numbers, &drawn) {
+            if numbers.has(k) {
+                if let Some(next) = packet.proposal(k, &numbers, &proposals) {
                     self.lay(packet, k, survival, next, packet.rng[k]);
                 }
             } else if survival.count > 0 {
@@ -147,7 +147,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         Survival { count, paths, analog: analog / paths, albedo: luminance(albedo), guides }
     }
 
-    /// Draws the directions in which the path goes on from vertex `k`.
+    /// Draws the directions in which the path goes on from vertex `k` by itself.
     fn draw(&mut self, packet: &Packet<'a>, k: usize, survival: &Survival) {
         let Some(mixture) = packet.mixture(k) else { return };
         let (si, wo, mut rng) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), packet.rng[k]);
