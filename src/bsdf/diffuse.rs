@@ -2,7 +2,7 @@
 
 use super::{BLACK, Bsdf, BsdfSample, Scatter, mirrored};
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes};
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use glam::Vec3;
 
@@ -43,11 +43,11 @@ impl Scatter for Diffuse {
 }
 
 /// Lambertian surfaces of a packet, side by side: what [`Bsdf`] gives one by one, to the last bit. Lanes with a surface of
-/// another kind are black.
+/// another kind are black, those without one hold any numbers.
 pub struct DiffuseLanes {
     reflectance: Vec3Lanes,
-    turns: [bool; LANES],
-    is: [bool; LANES],
+    turns: Mask,
+    is: Mask,
 }
 
 impl DiffuseLanes {
@@ -55,19 +55,25 @@ impl DiffuseLanes {
         DiffuseLanes { reflectance: Vec3Lanes::ZERO, turns: [false; LANES], is: [false; LANES] }
     }
 
+    /// Forgets all.
     #[inline(always)]
-    pub fn set(&mut self, k: usize, bsdf: Option<&Bsdf>) {
-        let diffuse = bsdf.and_then(|bsdf| bsdf.diffuse().zip(Some(bsdf.turns())));
-        self.is[k] = diffuse.is_some();
-        let (diffuse, turns) = diffuse.unwrap_or((Diffuse { reflectance: Rgb::ZERO }, false));
-        self.reflectance.set(k, diffuse.reflectance);
-        self.turns[k] = turns;
+    pub fn clear(&mut self) {
+        self.is = [false; LANES];
     }
 
-    /// Whether surface `k` is Lambertian.
+    /// Takes surface `k`, where it is Lambertian.
     #[inline(always)]
-    pub fn is(&self, k: usize) -> bool {
-        self.is[k]
+    pub fn set(&mut self, k: usize, bsdf: &Bsdf) {
+        let diffuse = bsdf.diffuse();
+        self.is[k] = diffuse.is_some();
+        self.reflectance.set(k, diffuse.map_or(Rgb::ZERO, |diffuse| diffuse.reflectance));
+        self.turns[k] = bsdf.turns();
+    }
+
+    /// Those that are Lambertian.
+    #[inline(always)]
+    pub fn are(&self) -> &Mask {
+        &self.is
     }
 
     #[inline(always)]
@@ -81,6 +87,15 @@ impl DiffuseLanes {
         let turned = self.turns[k] & (wo.z < 0.0);
         let (wo, wi) = if turned { (mirrored(wo), mirrored(wi)) } else { (wo, wi) };
         (Diffuse { reflectance: self.reflectance.get(k) }, wo, wi)
+    }
+
+    /// As [`Bsdf::albedo`].
+    #[inline(always)]
+    pub fn albedo(&self, wo: &Vec3Lanes, albedo: &mut Vec3Lanes) {
+        for k in 0..LANES {
+            let (diffuse, wo, _) = self.turned(k, wo.get(k), Vec3::Z);
+            albedo.set(k, diffuse.albedo(wo).clamp(Rgb::ZERO, Rgb::ONE));
+        }
     }
 
     /// As [`Bsdf::eval_pdf`]; directions in the shading frames.

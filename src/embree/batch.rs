@@ -1,6 +1,6 @@
 //! Batches of rays, held in the very packets that Embree reads: nothing is transposed before a call.
 
-use super::packet::{Hit, HitPacket, Packet16, Ray, Shadow16, ShadowPacket};
+use super::packet::{Hit, HitPacket, HitRows, Packet16, Ray, Shadow16, ShadowPacket};
 use super::scene::{Coherence, Scene};
 
 /// Any number of rays that ask for their closest hit. Cleared and refilled wave by wave; memory is kept.
@@ -70,6 +70,15 @@ impl<P: HitPacket> HitBatch<P> {
         for (k, packet) in self.packets[..self.len.div_ceil(P::WIDTH)].iter_mut().enumerate() {
             packet.trace(scene, P::WIDTH.min(self.len - k * P::WIDTH), coherence);
         }
+    }
+}
+
+impl HitBatch {
+    /// What the packet met that begins with ray `first`, a multiple of 16.
+    #[inline(always)]
+    pub fn rows(&self, first: usize) -> HitRows<'_> {
+        debug_assert!(first < self.len && first.is_multiple_of(Packet16::WIDTH));
+        self.packets[first / Packet16::WIDTH].rows()
     }
 }
 

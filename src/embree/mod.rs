@@ -24,5 +24,5 @@ mod sys {
 pub use batch::{HitBatch, ShadowBatch};
 pub use device::Device;
 pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest};
-pub use packet::{Hit, HitPacket, Packet8, Packet16, Ray, Shadow8, Shadow16, ShadowPacket};
+pub use packet::{Hit, HitPacket, HitRows, NOTHING, Packet8, Packet16, Ray, Shadow8, Shadow16, ShadowPacket};
 pub use scene::{Coherence, Scene, SceneBuilder};

@@ -12,6 +12,19 @@ pub struct Ray {
     pub tfar: f32,
 }
 
+/// In place of a geometry where a ray met nothing.
+pub const NOTHING: u32 = u32::MAX;
+
+/// What a packet of rays met, component by component. A lane whose ray met nothing holds any numbers.
+pub struct HitRows<'a> {
+    pub dir: [&'a [f32; 16]; 3],
+    pub ng: [&'a [f32; 16]; 3],
+    /// As [`Hit::u`] and [`Hit::v`].
+    pub weights: [&'a [f32; 16]; 2],
+    /// As [`Hit::geometry`]; [`NOTHING`] where nothing was met.
+    pub geometry: &'a [u32; 16],
+}
+
 /// Where a ray met a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
@@ -35,7 +48,11 @@ pub(super) struct Valid([i32; 16]);
 impl Valid {
     /// The first `n` lanes are active.
     pub fn first(n: usize) -> Valid {
-        Valid(std::array::from_fn(|lane| if lane < n { -1 } else { 0 }))
+        let mut active = [0; 16];
+        for lane in 0..16 {
+            active[lane] = if lane < n { -1 } else { 0 };
+        }
+        Valid(active)
     }
 }
 
@@ -74,7 +91,7 @@ pub trait ShadowPacket: Copy + private::Sealed {
 }
 
 macro_rules! packets {
-    ($hit_name:ident, $shadow_name:ident, $width:literal, $rayhit:ident, $ray:ident, $store:ident, $load:ident, $intersect:ident, $occluded:ident) => {
+    ($hit_name:ident, $shadow_name:ident, $width:literal, $rayhit:ident, $ray:ident, $blank:ident, $store:ident, $load:ident, $intersect:ident, $occluded:ident) => {
         #[doc = concat!($width, " rays for closest hits.")]
         #[derive(Clone, Copy)]
         #[repr(transparent)]
@@ -96,11 +113,13 @@ macro_rules! packets {
             packet.dir_x[lane] = ray.dir.x;
             packet.dir_y[lane] = ray.dir.y;
             packet.dir_z[lane] = ray.dir.z;
-            packet.tnear[lane] = 0.0;
             packet.tfar[lane] = ray.tfar;
-            packet.time[lane] = 0.0;
-            packet.mask[lane] = u32::MAX;
-            packet.flags[lane] = 0;
+        }
+
+        /// What all rays have in common, and Embree leaves as it is: they begin at 0, at time 0, and may meet anything.
+        #[inline(always)]
+        fn $blank() -> sys::$ray {
+            sys::$ray { mask: [u32::MAX; $width], ..Default::default() }
         }
 
         #[inline(always)]
@@ -116,14 +135,14 @@ macro_rules! packets {
             const WIDTH: usize = $width;
 
             fn empty() -> Self {
-                $hit_name(Default::default())
+                $hit_name(sys::$rayhit { ray: $blank(), ..Default::default() })
             }
 
             #[inline(always)]
             fn set(&mut self, lane: usize, ray: &Ray) {
                 $store(&mut self.0.ray, lane, ray);
                 // what an earlier wave left there must not look like a hit
-                self.0.hit.geomID[lane] = u32::MAX;
+                self.0.hit.geomID[lane] = NOTHING;
                 self.0.hit.instID[0][lane] = u32::MAX;
             }
 
@@ -135,7 +154,7 @@ macro_rules! packets {
             #[inline(always)]
             fn hit(&self, lane: usize) -> Option<Hit> {
                 let h = &self.0.hit;
-                (h.geomID[lane] != u32::MAX).then(|| Hit {
+                (h.geomID[lane] != NOTHING).then(|| Hit {
                     t: self.0.ray.tfar[lane],
                     u: h.u[lane],
                     v: h.v[lane],
@@ -158,7 +177,7 @@ macro_rules! packets {
             const WIDTH: usize = $width;
 
             fn empty() -> Self {
-                $shadow_name(Default::default())
+                $shadow_name($blank())
             }
 
             #[inline(always)]
@@ -185,19 +204,33 @@ macro_rules! packets {
     };
 }
 
-packets!(Packet8, Shadow8, 8, RTCRayHit8, RTCRay8, store8, load8, intersect8, occluded8);
-packets!(Packet16, Shadow16, 16, RTCRayHit16, RTCRay16, store16, load16, intersect16, occluded16);
+packets!(Packet8, Shadow8, 8, RTCRayHit8, RTCRay8, blank8, store8, load8, intersect8, occluded8);
+packets!(Packet16, Shadow16, 16, RTCRayHit16, RTCRay16, blank16, store16, load16, intersect16, occluded16);
+
+impl Packet16 {
+    /// What [`HitPacket::hit`] and [`HitPacket::ray`] give lane by lane.
+    #[inline(always)]
+    pub(super) fn rows(&self) -> HitRows<'_> {
+        let sys::RTCRayHit16 { ray, hit } = &self.0;
+        HitRows {
+            dir: [&ray.dir_x, &ray.dir_y, &ray.dir_z],
+            ng: [&hit.Ng_x, &hit.Ng_y, &hit.Ng_z],
+            weights: [&hit.u, &hit.v],
+            geometry: &hit.geomID,
+        }
+    }
+}
 
 /// Closest hit of a single ray.
 pub(super) fn intersect_one(scene: &super::Scene, ray: &Ray) -> Option<Hit> {
     let mut packet = sys::RTCRayHit { ray: single(ray), ..Default::default() };
-    packet.hit.geomID = u32::MAX;
+    packet.hit.geomID = NOTHING;
     packet.hit.instID[0] = u32::MAX;
     let mut query = Query::new(super::Coherence::Incoherent);
     // SAFETY: a `Scene` is committed and alive; the struct is bindgen's own and so aligned.
     unsafe { compat::intersect1(scene.handle(), &mut query, &mut packet) };
     let h = &packet.hit;
-    (h.geomID != u32::MAX).then(|| Hit {
+    (h.geomID != NOTHING).then(|| Hit {
         t: packet.ray.tfar,
         u: h.u,
         v: h.v,

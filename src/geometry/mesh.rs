@@ -53,14 +53,20 @@ impl Mesh {
 
     /// Texture coordinates of a triangle at the barycentric weights `u`, `v` of its second and third corner; the
     /// weights themselves where it has none.
-    #[inline]
+    #[inline(always)]
     pub fn uv(&self, triangle: usize, u: f32, v: f32) -> [f32; 2] {
-        let w = 1.0 - u - v;
-        self.uvs
-            .as_ref()
-            .and_then(|uvs| uvs.corners(&self.triangles, triangle))
-            .map_or([u, v], |[a, b, c]| [w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1]])
+        match &self.uvs {
+            Some(uvs) => interpolated(uvs.corners(&self.triangles, triangle), u, v),
+            None => [u, v],
+        }
     }
+}
+
+#[inline(never)]
+fn interpolated(corners: Option<[[f32; 2]; 3]>, u: f32, v: f32) -> [f32; 2] {
+    let Some([a, b, c]) = corners else { return [u, v] };
+    let w = 1.0 - u - v;
+    [w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1]]
 }
 
 /// Bytes that a vector holds.

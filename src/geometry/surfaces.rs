@@ -2,14 +2,14 @@
 
 use super::interaction::{Facet, corner_normals};
 use super::{Frame, Mesh, Placement, SurfaceInteraction};
-use crate::embree::Hit;
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use crate::embree::{Hit, HitRows};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each};
 use glam::Vec3;
 
 /// Up to [`LANES`] hits and the points that follow from them: what [`SurfaceInteraction::new`] gives one by one, to the
-/// last bit.
+/// last bit. A point has the lane of its ray.
 pub struct Surfaces<'a> {
-    len: usize,
+    met: Mask,
     /// Where corners, normals, texture coordinates and materials are still to be read.
     unread: [Option<&'a Mesh>; LANES],
     primitive: [u32; LANES],
@@ -34,7 +34,7 @@ pub struct Surfaces<'a> {
 impl<'a> Surfaces<'a> {
     pub fn new() -> Self {
         Surfaces {
-            len: 0,
+            met: [false; LANES],
             unread: [None; LANES],
             primitive: [0; LANES],
             triangle: [[0; 3]; LANES],
@@ -55,35 +55,37 @@ impl<'a> Surfaces<'a> {
         }
     }
 
-    pub fn clear(&mut self) {
-        self.len = 0;
-    }
-
-    #[inline]
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
-    /// Adds the point of `hit` on `mesh`, met by a ray that leaves towards `wo` (unit). At most [`LANES`].
+    /// Begins with what these of a packet of rays met; where that is, [`Self::push`] says.
     #[inline(always)]
-    pub fn push(&mut self, mesh: &'a Mesh, hit: &Hit, wo: Vec3) {
-        let k = self.len;
-        self.unread[k] = Some(mesh);
-        self.primitive[k] = hit.primitive;
-        self.triangle[k] = mesh.triangles[hit.primitive as usize];
-        self.winding.set(k, hit.ng);
-        self.reach[k] = 0.0;
-        self.finish(hit, wo);
+    pub fn begin(&mut self, rows: &HitRows, met: Mask) {
+        self.met = met;
+        (self.weights[0], self.weights[1]) = (*rows.weights[0], *rows.weights[1]);
+        self.winding.set_rows(rows.ng);
+        self.wo.set_rows(rows.dir);
+        for k in 0..LANES {
+            self.wo.set(k, -self.wo.get(k));
+        }
     }
 
-    /// The same on an instance of `mesh`.
+    /// The rays that met a surface.
+    #[inline(always)]
+    pub fn met(&self) -> &Mask {
+        &self.met
+    }
+
+    /// Ray `k` met this triangle of `mesh`.
+    #[inline(always)]
+    pub fn push(&mut self, k: usize, mesh: &'a Mesh, primitive: u32) {
+        self.unread[k] = Some(mesh);
+        self.primitive[k] = primitive;
+        self.triangle[k] = mesh.triangles[primitive as usize];
+        self.reach[k] = 0.0;
+    }
+
+    /// Ray `k` met this triangle of an instance of `mesh`.
     #[inline(never)]
-    pub fn push_placed(&mut self, mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) {
-        let (k, facet) = (self.len, Facet::placed(mesh, placement, hit, wo));
+    pub fn push_placed(&mut self, k: usize, mesh: &Mesh, placement: &Placement, hit: &Hit) {
+        let facet = Facet::placed(mesh, placement, hit, self.wo.get(k));
         self.unread[k] = None;
         for c in 0..3 {
             self.corners[c].set(k, facet.corners[c]);
@@ -92,15 +94,6 @@ impl<'a> Surfaces<'a> {
         self.winding.set(k, facet.winding);
         self.reach[k] = facet.reach;
         self.read_attributes(k, mesh, hit.primitive as usize, hit.u, hit.v);
-        self.finish(hit, wo);
-    }
-
-    #[inline(always)]
-    fn finish(&mut self, hit: &Hit, wo: Vec3) {
-        let k = self.len;
-        (self.weights[0][k], self.weights[1][k]) = (hit.u, hit.v);
-        self.wo.set(k, wo);
-        self.len += 1;
     }
 
     #[inline(always)]
@@ -114,7 +107,7 @@ impl<'a> Surfaces<'a> {
     /// nothing below waits for anything but them.
     #[inline(always)]
     fn read(&mut self) {
-        for k in 0..self.len {
+        for k in each(&self.met) {
             let Some(mesh) = self.unread[k] else { continue };
             let (triangle, [a, b, c]) = (self.primitive[k] as usize, self.triangle[k]);
             self.corners[0].set(k, Vec3::from(mesh.positions[a as usize]));
@@ -128,7 +121,7 @@ impl<'a> Surfaces<'a> {
         }
     }
 
-    /// Finds the points of all that was added. Lanes beyond hold what was there before, and are as good as any.
+    /// Finds the points of all that was met. Lanes that met nothing hold any numbers.
     pub fn resolve(&mut self) {
         self.read();
         for k in 0..LANES {
@@ -160,16 +153,34 @@ impl<'a> Surfaces<'a> {
             ng: self.ng.get(k),
             frame: self.shading_frame(k),
             front: self.facing[k] > 0.0,
-            uv: [self.uv[0][k], self.uv[1][k]],
+            uv: self.uv(k),
             material: self.material[k],
             offset: self.offset[k],
         }
+    }
+
+    /// Material of point `k`.
+    #[inline(always)]
+    pub fn material(&self, k: usize) -> u32 {
+        self.material[k]
+    }
+
+    /// Texture coordinates of point `k`.
+    #[inline(always)]
+    pub fn uv(&self, k: usize) -> [f32; 2] {
+        [self.uv[0][k], self.uv[1][k]]
     }
 
     /// Place of point `k`.
     #[inline(always)]
     pub fn p(&self, k: usize) -> Vec3 {
         self.p.get(k)
+    }
+
+    /// Places of all points.
+    #[inline(always)]
+    pub fn places(&self) -> &Vec3Lanes {
+        &self.p
     }
 
     /// Shading normal of point `k` on the side of the path.

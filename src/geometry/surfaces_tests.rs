@@ -1,4 +1,5 @@
 use super::*;
+use crate::math::lanes::mask;
 use crate::geometry::{Attribute, Indices};
 use crate::math::{rng::Rng, warp};
 use glam::{Affine3A, Quat};
@@ -31,13 +32,23 @@ pub fn hit(mesh: &Mesh, rng: &mut Rng) -> (Hit, Vec3) {
     (hit, warp::square_to_uniform_sphere(rng.f32x2()))
 }
 
+/// Begins with these hits, each seen from its `wo`.
+fn begin(surfaces: &mut Surfaces, hits: &[(Hit, Vec3)]) {
+    let row = |of: fn(&(Hit, Vec3)) -> f32| std::array::from_fn(|k| hits.get(k).map_or(f32::NAN, of));
+    let dir = [row(|(_, wo)| -wo.x), row(|(_, wo)| -wo.y), row(|(_, wo)| -wo.z)];
+    let ng = [row(|(hit, _)| hit.ng.x), row(|(hit, _)| hit.ng.y), row(|(hit, _)| hit.ng.z)];
+    let weights = [row(|(hit, _)| hit.u), row(|(hit, _)| hit.v)];
+    let met = mask(|k| k < hits.len());
+    let (dir, ng, weights) = (dir.each_ref(), ng.each_ref(), weights.each_ref());
+    surfaces.begin(&HitRows { dir, ng, weights, geometry: &[0; LANES] }, met);
+}
+
 /// A packet of hits on random triangles.
 pub fn packet<'a>(mesh: &'a Mesh, rng: &mut Rng) -> Surfaces<'a> {
     let mut surfaces = Surfaces::new();
-    for _ in 0..LANES {
-        let (hit, wo) = hit(mesh, rng);
-        surfaces.push(mesh, &hit, wo);
-    }
+    let hits: Vec<_> = (0..LANES).map(|_| hit(mesh, rng)).collect();
+    begin(&mut surfaces, &hits);
+    hits.iter().enumerate().for_each(|(k, (hit, _))| surfaces.push(k, mesh, hit.primitive));
     surfaces.resolve();
     surfaces
 }
@@ -52,13 +63,13 @@ fn points_of_a_packet_are_those_of_single_hits() {
     let mut surfaces = Surfaces::new();
     for round in 0..400 {
         let mesh = &meshes[round % 2];
+        let hits: Vec<_> = (0..1 + round % LANES).map(|_| hit(mesh, &mut rng)).collect();
+        begin(&mut surfaces, &hits);
         let mut single = Vec::new();
-        surfaces.clear();
-        for k in 0..1 + round % LANES {
-            let (hit, wo) = hit(mesh, &mut rng);
+        for (k, &(hit, wo)) in hits.iter().enumerate() {
             match k % 3 {
-                0 => surfaces.push_placed(mesh, &place, &hit, wo),
-                _ => surfaces.push(mesh, &hit, wo),
+                0 => surfaces.push_placed(k, mesh, &place, &hit),
+                _ => surfaces.push(k, mesh, hit.primitive),
             }
             let si = if k % 3 == 0 {
                 SurfaceInteraction::placed(mesh, &place, &hit, wo)
@@ -68,7 +79,7 @@ fn points_of_a_packet_are_those_of_single_hits() {
             single.push((si, wo));
         }
         surfaces.resolve();
-        assert_eq!(surfaces.len(), single.len());
+        assert_eq!(each(surfaces.met()).collect::<Vec<_>>(), Vec::from_iter(0..single.len()));
         for (k, (si, wo)) in single.iter().enumerate() {
             // what is printed tells all floats apart
             assert_eq!(format!("{:?}", surfaces.get(k)), format!("{si:?}"));

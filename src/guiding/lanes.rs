@@ -3,43 +3,49 @@
 use super::GuidingDistribution;
 use super::tree::{self, Node};
 use crate::geometry::Frame;
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask};
 use crate::math::warp;
 
 /// The trees of a packet: what [`GuidingDistribution`] gives one by one, to the last bit. A tree is walked vertex by vertex; what
 /// is arithmetic before and after is done for all.
 pub struct GuideLanes<'f> {
-    /// Empty where there is no tree.
+    /// Any where there is no tree.
     nodes: [&'f [Node]; LANES],
+    is: Mask,
     frame: [Vec3Lanes; 3],
 }
 
 impl<'f> GuideLanes<'f> {
     pub fn new() -> GuideLanes<'f> {
-        GuideLanes { nodes: [&[]; LANES], frame: [Vec3Lanes::ZERO; 3] }
+        GuideLanes { nodes: [&[]; LANES], is: [false; LANES], frame: [Vec3Lanes::ZERO; 3] }
     }
 
-    /// Distributions of other kinds than trees are not held.
+    /// Forgets all.
     #[inline(always)]
-    pub fn set(&mut self, k: usize, distribution: Option<&GuidingDistribution<'f>>) {
-        self.nodes[k] = &[];
-        if let Some((frame, nodes)) = distribution.and_then(GuidingDistribution::tree) {
-            self.nodes[k] = nodes;
+    pub fn clear(&mut self) {
+        self.is = [false; LANES];
+    }
+
+    /// Takes the distribution of vertex `k`, where it is a tree.
+    #[inline(always)]
+    pub fn set(&mut self, k: usize, distribution: &GuidingDistribution<'f>) {
+        if let Some((frame, nodes)) = distribution.tree() {
+            (self.nodes[k], self.is[k]) = (nodes, true);
             self.frame[0].set(k, frame.s);
             self.frame[1].set(k, frame.t);
             self.frame[2].set(k, frame.n);
         }
     }
 
-    /// Whether vertex `k` has a tree.
+    /// The vertices that have a tree.
     #[inline(always)]
-    pub fn is(&self, k: usize) -> bool {
-        !self.nodes[k].is_empty()
+    pub fn are(&self) -> &Mask {
+        &self.is
     }
 
     #[inline(always)]
     pub fn any(&self) -> bool {
-        self.nodes.iter().any(|nodes| !nodes.is_empty())
+        self.is != [false; LANES]
     }
 
     /// As [`GuidingDistribution::pdf`]; 0 where there is no tree.
@@ -51,24 +57,17 @@ impl<'f> GuideLanes<'f> {
             let square = warp::uniform_hemisphere_to_square(local);
             (x[k], y[k], z[k]) = (square[0], square[1], local.z);
         }
-        for k in 0..LANES {
-            let seen = self.is(k) && z[k] >= 0.0;
-            pdf[k] = if seen { tree::density(self.nodes[k], [x[k], y[k]]) } else { 0.0 };
+        *pdf = [0.0; LANES];
+        for k in each(&mask(|k| self.is[k] & (z[k] >= 0.0))) {
+            pdf[k] = tree::density(self.nodes[k], [x[k], y[k]]);
         }
     }
 
     /// As [`GuidingDistribution::sample`] for the vertices that are to draw, which have trees; `w` of others is any direction.
     #[inline(never)]
-    pub fn sample(
-        &self,
-        draws: &[bool; LANES],
-        u: &[f64; LANES],
-        inside: &[Lanes; 2],
-        w: &mut Vec3Lanes,
-        pdf: &mut Lanes,
-    ) {
+    pub fn sample(&self, draws: &Mask, u: &[f64; LANES], inside: &[Lanes; 2], w: &mut Vec3Lanes, pdf: &mut Lanes) {
         let mut square = [[0.5; LANES]; 2];
-        for k in (0..LANES).filter(|&k| draws[k]) {
+        for k in each(draws) {
             let (cell, density) = tree::draw(self.nodes[k], u[k]);
             [square[0][k], square[1][k]] = cell.point([inside[0][k], inside[1][k]]);
             pdf[k] = density;

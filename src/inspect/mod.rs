@@ -40,7 +40,7 @@ impl<'s> Seen<'s> {
             rays.trace(scene.geometry(), Coherence::Coherent);
             let wo = -ray.dir;
             let si = scene.interaction(&rays.hit(0)?, wo);
-            let bsdf = scene.bsdf(&si);
+            let bsdf = scene.bsdf(scene.material(si.material), si.uv);
             if bsdf.has_smooth() {
                 return Some(Seen { si, bsdf, wo });
             }

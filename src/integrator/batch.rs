@@ -4,7 +4,9 @@ use super::backup::{Arrival, Followed, Vertex};
 use crate::embree::{HitBatch, ShadowBatch};
 use crate::film::tile::{Features, Tile, TileSamples};
 use crate::guiding::Recorder;
-use crate::math::{Rgb, rng::Rng};
+use crate::math::Rgb;
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use crate::math::rng::{Rng, RngLanes};
 use glam::Vec3;
 use std::time::Duration;
 
@@ -23,12 +25,12 @@ impl Task {
     }
 }
 
-/// Paths under way, in the order of their rays.
+/// Paths under way, in the order of their rays, and as these in packets.
 #[derive(Default)]
 pub(super) struct Paths {
     /// Place in the batch: which pixel and sample.
     pub slot: Vec<u32>,
-    pub state: Vec<PathState>,
+    packets: Vec<PathPacket>,
     /// How each path came here; kept where something is learnt.
     pub arrival: Vec<Arrival>,
 }
@@ -38,23 +40,65 @@ pub(super) struct Paths {
 pub(super) struct PathState {
     pub throughput: Rgb,
     pub rng: Rng,
-    /// Density of the ray's direction per steradian; `None` behind a camera or a delta lobe.
-    pub pdf: Option<f32>,
+    /// Density of the ray's direction per steradian; infinite behind a camera or a delta lobe.
+    pub pdf: f32,
     /// What roulette goes by: the share of light that scattering would have left on the way here.
     pub analog: f32,
+}
+
+/// The same for a packet of paths, side by side.
+#[derive(Clone, Copy)]
+pub(super) struct PathPacket {
+    pub throughput: Vec3Lanes,
+    pub rng: RngLanes,
+    pub pdf: Lanes,
+    pub analog: Lanes,
 }
 
 impl Paths {
     pub fn clear(&mut self) {
         self.slot.clear();
-        self.state.clear();
         self.arrival.clear();
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn push(&mut self, slot: u32, state: PathState) {
+        let (packet, lane) = (self.slot.len() / LANES, self.slot.len() % LANES);
+        if packet == self.packets.len() {
+            self.packets.push(PathPacket::EMPTY);
+        }
+        self.packets[packet].set(lane, state);
         self.slot.push(slot);
-        self.state.push(state);
+    }
+
+    /// The packet of path `first`, a multiple of [`LANES`].
+    #[inline(always)]
+    pub fn packet(&self, first: usize) -> &PathPacket {
+        debug_assert!(first < self.slot.len() && first.is_multiple_of(LANES));
+        &self.packets[first / LANES]
+    }
+
+    #[inline(always)]
+    pub fn throughput(&self, i: usize) -> Rgb {
+        self.packets[i / LANES].throughput.get(i % LANES)
+    }
+
+    /// Density of the ray's direction, as of [`PathState`].
+    #[inline(always)]
+    pub fn pdf(&self, i: usize) -> f32 {
+        self.packets[i / LANES].pdf[i % LANES]
+    }
+}
+
+impl PathPacket {
+    const EMPTY: PathPacket =
+        PathPacket { throughput: Vec3Lanes::ZERO, rng: RngLanes::ZERO, pdf: [0.0; LANES], analog: [0.0; LANES] };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, PathState { throughput, rng, pdf, analog }: PathState) {
+        self.throughput.set(lane, throughput);
+        self.rng.set(lane, rng);
+        (self.pdf[lane], self.analog[lane]) = (pdf, analog);
     }
 }
 

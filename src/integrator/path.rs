@@ -94,6 +94,7 @@ impl PathIntegrator<'_> {
         batch.radiance.resize(starts.len(), Rgb::ZERO);
         for (slot, &Start { ray, pdf, rng }) in (0..).zip(starts) {
             batch.wave.rays.push(&ray);
+            let pdf = pdf.unwrap_or(f32::INFINITY);
             batch.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf, analog: 1.0 });
         }
         let counters = Counters::default();
@@ -141,7 +142,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
                 let (px, py) = (tile.x + x, tile.y + y);
                 let mut rng = Rng::for_path(integrator.seed, py * camera.width + px, task.first_sample + sample);
                 b.wave.rays.push(&camera.ray(px, py, rng.f32x2()));
-                b.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf: None, analog: 1.0 });
+                b.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf: f32::INFINITY, analog: 1.0 });
             });
         }
     }

@@ -5,7 +5,7 @@ use super::triangle::AreaLight;
 use super::{LightSample, SHADOW_END};
 use crate::geometry::Surfaces;
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each};
 use glam::Vec3;
 
 /// Up to [`LANES`] draws from [`Lights`]: what [`Lights::sample`] gives one by one, to the last bit.
@@ -16,25 +16,25 @@ pub struct LightSamples {
     pub radiance: Vec3Lanes,
     /// Per steradian, the choice of the light included; 0 where nothing was drawn, or nothing arrives.
     pub pdf: Lanes,
-    pub delta: [bool; LANES],
+    pub delta: Mask,
     distance: Lanes,
+    /// Lanes where something else was drawn.
+    others: Mask,
     /// On an emissive triangle, where it is one.
     point: Vec3Lanes,
-    surface: [bool; LANES],
+    surface: Mask,
     // what is drawn from
     chosen: Chosen,
 }
 
-/// Emissive triangles that were chosen, and for whom.
+/// Emissive triangles that were chosen.
 struct Chosen {
-    p: Vec3Lanes,
-    u: [Lanes; 2],
     pmf: Lanes,
     origin: Vec3Lanes,
     edges: [Vec3Lanes; 2],
     normal: Vec3Lanes,
     area: [f64; LANES],
-    two_sided: [bool; LANES],
+    two_sided: Mask,
     /// What was drawn where the light is no triangle, or there is none.
     other: [Option<LightSample>; LANES],
 }
@@ -42,8 +42,6 @@ struct Chosen {
 impl LightSamples {
     pub fn new() -> LightSamples {
         let chosen = Chosen {
-            p: Vec3Lanes::ZERO,
-            u: [[0.0; LANES]; 2],
             pmf: [0.0; LANES],
             origin: Vec3Lanes::ZERO,
             edges: [Vec3Lanes::ZERO; 2],
@@ -59,24 +57,24 @@ impl LightSamples {
             delta: [false; LANES],
             distance: [0.0; LANES],
             point: Vec3Lanes::ZERO,
+            others: [false; LANES],
             surface: [false; LANES],
             chosen,
         }
     }
 
-    /// Nothing is drawn in lane `k`.
-    #[inline]
-    pub fn skip(&mut self, k: usize) {
-        self.surface[k] = false;
-        self.chosen.other[k] = None;
+    /// Begins anew, with nothing drawn.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        (self.surface, self.others) = ([false; LANES], [false; LANES]);
     }
 
     /// Chooses the light of lane `k`, as [`Lights::sample`] with the same numbers.
     #[inline(always)]
     pub fn choose(&mut self, k: usize, lights: &Lights, p: Vec3, u_choice: f64, u: [f32; 2]) {
-        let Some((index, rest)) = lights.choose(u_choice) else { return self.skip(k) };
+        let Some((index, rest)) = lights.choose(u_choice) else { return };
         let Some(light) = lights.triangle(index) else {
-            self.surface[k] = false;
+            self.others[k] = true;
             self.chosen.other[k] = lights.sample_other(index, rest, p, u);
             return;
         };
@@ -84,8 +82,6 @@ impl LightSamples {
         self.delta[k] = false;
         self.radiance.set(k, light.radiance);
         let chosen = &mut self.chosen;
-        chosen.p.set(k, p);
-        (chosen.u[0][k], chosen.u[1][k]) = (u[0], u[1]);
         chosen.pmf[k] = lights.pmf(index);
         chosen.origin.set(k, light.origin);
         chosen.edges[0].set(k, light.edges[0]);
@@ -95,27 +91,24 @@ impl LightSamples {
         chosen.two_sided[k] = light.two_sided;
     }
 
-    /// Draws the points on all triangles that were chosen.
-    pub fn resolve(&mut self) {
+    /// Draws the points on all triangles that were chosen, from places and numbers as in [`Self::choose`].
+    pub fn resolve(&mut self, p: &Vec3Lanes, u: &[Lanes; 2]) {
         let chosen = &self.chosen;
         for k in 0..LANES {
-            let view = chosen.light(k).sample_from(chosen.p.get(k), [chosen.u[0][k], chosen.u[1][k]]);
+            let view = chosen.light(k).sample_from(p.get(k), [u[0][k], u[1][k]]);
             self.point.set(k, view.surface.point);
             self.wi.set(k, view.wi);
             self.distance[k] = view.distance;
             let pdf = (chosen.pmf[k] as f64 * view.pdf) as f32;
-            self.pdf[k] = if pdf.is_finite() { pdf } else { 0.0 };
+            self.pdf[k] = if self.surface[k] & pdf.is_finite() { pdf } else { 0.0 };
         }
-        for k in 0..LANES {
-            if !self.surface[k] {
-                self.take_other(k);
-            }
+        for k in each(&self.others) {
+            self.take_other(k);
         }
     }
 
     #[inline]
     fn take_other(&mut self, k: usize) {
-        self.pdf[k] = 0.0;
         if let Some(sample) = self.chosen.other[k].and_then(usable) {
             self.wi.set(k, sample.wi);
             self.radiance.set(k, sample.radiance);

@@ -68,8 +68,10 @@ impl AliasTable {
         let i = (scaled as usize).min(self.bins.len() - 1);
         let rest = (scaled - i as f64).clamp(0.0, super::ONE_MINUS_EPSILON_F64);
         let (keep, alias) = (self.bins[i].keep as f64, self.bins[i].alias);
-        let (index, rest) = if rest < keep { (i, rest / keep) } else { (alias as usize, (rest - keep) / (1.0 - keep)) };
-        (index, rest.min(super::ONE_MINUS_EPSILON_F64))
+        // a choice of numbers and one division, where a jump would be a guess
+        let own = rest < keep;
+        let (index, rest) = (if own { i } else { alias as usize }, if own { rest } else { rest - keep });
+        (index, (rest / if own { keep } else { 1.0 - keep }).min(super::ONE_MINUS_EPSILON_F64))
     }
 
     /// Probability of index `i`.

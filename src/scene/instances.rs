@@ -54,11 +54,11 @@ impl Instances {
         SurfaceInteraction::placed(mesh, placement, hit, wo)
     }
 
-    /// Adds it to a packet's.
+    /// The same for lane `k` of a packet.
     #[inline(never)]
-    pub fn meet(&self, hit: Hit, wo: Vec3, surfaces: &mut Surfaces) {
+    pub fn meet(&self, k: usize, hit: Hit, surfaces: &mut Surfaces) {
         let (mesh, placement) = self.placed(&hit);
-        surfaces.push_placed(mesh, placement, &hit, wo);
+        surfaces.push_placed(k, mesh, placement, &hit);
     }
 
     /// The mesh that was hit.

@@ -19,6 +19,8 @@ pub struct Material {
     maps: [Option<TextureMap>; 2],
     opacity: Opacity,
     emission: Rgb,
+    /// Whether that is anything.
+    emits: bool,
     emission_two_sided: bool,
 }
 
@@ -59,6 +61,7 @@ impl Material {
             maps,
             opacity,
             emission: description.emission,
+            emits: description.emission != Rgb::ZERO,
             emission_two_sided: description.emission_two_sided,
         })
     }
@@ -81,8 +84,9 @@ impl Material {
         if front || self.emission_two_sided { self.emission } else { Rgb::ZERO }
     }
 
+    #[inline]
     pub fn emits(&self) -> bool {
-        self.emission != Rgb::ZERO
+        self.emits
     }
 
     pub fn emission_two_sided(&self) -> bool {

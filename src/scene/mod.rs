@@ -57,19 +57,24 @@ impl Scene {
         SurfaceInteraction::new(&self.meshes[hit.geometry as usize], hit, wo)
     }
 
-    /// Adds the point of a hit, seen from `wo`, to a packet's.
+    /// The same for lane `k` of a packet, whose rays are known there.
     #[inline(always)]
-    pub fn meet<'a>(&'a self, hit: Hit, wo: Vec3, surfaces: &mut Surfaces<'a>) {
+    pub fn meet<'a>(&'a self, k: usize, hit: Hit, surfaces: &mut Surfaces<'a>) {
         if hit.instance != NO_INSTANCE {
-            return self.instances.meet(hit, wo, surfaces);
+            return self.instances.meet(k, hit, surfaces);
         }
-        surfaces.push(&self.meshes[hit.geometry as usize], &hit, wo);
+        surfaces.push(k, &self.meshes[hit.geometry as usize], hit.primitive);
     }
 
-    /// How the surface scatters there, textures looked up.
     #[inline]
-    pub fn bsdf(&self, si: &SurfaceInteraction) -> Bsdf<'_> {
-        self.materials[si.material as usize].bsdf(&self.textures, si.uv)
+    pub fn material(&self, index: u32) -> &Material {
+        &self.materials[index as usize]
+    }
+
+    /// How a surface of that material scatters, textures looked up.
+    #[inline]
+    pub fn bsdf<'a>(&self, material: &'a Material, uv: [f32; 2]) -> Bsdf<'a> {
+        material.bsdf(&self.textures, uv)
     }
 
     /// Radiance that the surface emits to the side it is seen from.

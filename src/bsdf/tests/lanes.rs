@@ -13,22 +13,31 @@ fn surfaces_of_a_packet_scatter_like_single_ones() {
     for _ in 0..200 {
         let bsdfs: Vec<Option<Bsdf>> =
             (0..LANES).map(|k| [Some(both.bsdf()), Some(front.bsdf()), Some(metal.bsdf()), None][k % 4]).collect();
-        let [mut wo, mut wi, mut f, mut drawn] = [Vec3Lanes::ZERO; 4];
+        let [mut wo, mut wi, mut f, mut drawn, mut albedo] = [Vec3Lanes::ZERO; 5];
         let ([mut pdf, mut density], mut u) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+        lanes.clear();
         for (k, bsdf) in bsdfs.iter().enumerate() {
-            lanes.set(k, bsdf.as_ref());
+            if let Some(bsdf) = bsdf {
+                lanes.set(k, bsdf);
+            }
             wo.set(k, square_to_uniform_sphere(rng.f32x2()));
             wi.set(k, square_to_uniform_sphere(rng.f32x2()));
             (u[0][k], u[1][k]) = (rng.f32(), rng.f32());
         }
         lanes.eval_pdf(&wo, &wi, &mut f, &mut pdf);
+        lanes.albedo(&wo, &mut albedo);
         lanes.sample(&wo, &u, &mut drawn, &mut density);
         for (k, bsdf) in bsdfs.iter().enumerate() {
-            let Some(bsdf) = bsdf.filter(|bsdf| bsdf.lambertian().is_some()) else {
-                assert!(!lanes.is(k) && f.get(k) == Rgb::ZERO);
+            let Some(bsdf) = bsdf else {
+                assert!(!lanes.are()[k], "nothing is there");
                 continue;
             };
-            assert!(lanes.is(k));
+            assert_eq!(albedo.get(k), if lanes.are()[k] { bsdf.albedo(wo.get(k)) } else { Rgb::ZERO });
+            assert_eq!(lanes.are()[k], bsdf.lambertian().is_some());
+            if !lanes.are()[k] {
+                assert_eq!(f.get(k), Rgb::ZERO);
+                continue;
+            }
             assert_eq!((f.get(k), pdf[k]), bsdf.eval_pdf(wo.get(k), wi.get(k)));
             match bsdf.sample(wo.get(k), 0.5, [u[0][k], u[1][k]]) {
                 Some(sample) => {

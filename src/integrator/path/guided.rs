@@ -6,10 +6,10 @@ use crate::bsdf::Bsdf;
 use crate::guiding::{GuidingDistribution, PackedDirection, StateKey, Summary};
 use crate::integrator::backup::{Edge, Expectation};
 use crate::integrator::mixture::{DirectionSample, Mixture};
-use crate::integrator::roulette::MAX_SURVIVAL;
-use crate::math::luminance;
+use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL};
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each};
+use crate::math::{Rgb, luminance};
 use crate::scene::description::{GuideSampling, Roulette};
-use glam::Vec3;
 
 /// Splitting stops where a wave has this many times the paths of its batch.
 const MAX_WAVE: usize = 4;
@@ -28,19 +28,20 @@ pub(super) struct Guided<'a> {
 impl<'a, P: Probe> Walk<'a, '_, P> {
     /// Asks the guide about the vertices of a packet: first where all of them are in its memory, then what is there.
     pub(super) fn ask_the_guide(&mut self, guide: GuideUse<'a>, packet: &mut Packet<'a>, depth: u32) {
-        for k in 0..packet.surfaces.len() {
-            packet.guided[k] = match packet.bsdf[k] {
-                Some(bsdf) if bsdf.has_smooth() => self.state(guide, packet, k),
-                _ => None,
-            };
+        let mut known = [false; LANES];
+        for k in each(packet.scatters()) {
+            let smooth = packet.bsdf(k).is_some_and(Bsdf::has_smooth);
+            packet.guided[k] = if smooth { self.state(guide, packet, k) } else { None };
+            known[k] = packet.guided[k].is_some_and(|guided| guided.summary.is_some());
         }
-        for k in 0..packet.surfaces.len() {
-            let (Some(bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdf[k], packet.guided[k]) else {
-                packet.lead(k, None);
+        for k in each(&known) {
+            let (Some(&bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdf(k), packet.guided[k]) else {
                 continue;
             };
             self.expect(guide, summary, &bsdf, depth, packet.kept[k]);
-            packet.lead(k, self.directions(guide, summary, packet, k, &bsdf));
+            if let Some(directions) = self.directions(guide, summary, packet, k, &bsdf) {
+                packet.lead(k, directions, summary.bsdf_fraction);
+            }
         }
     }
 
@@ -60,7 +61,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         Some(Guided { key: place.recorded, summary })
     }
 
-    /// The guide's directions there, with the share that the BSDF keeps, where they can help.
+    /// The guide's directions there, where they can help.
     #[inline]
     fn directions(
         &self,
@@ -69,20 +70,19 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         packet: &Packet,
         k: usize,
         bsdf: &Bsdf,
-    ) -> Option<(GuidingDistribution<'a>, f32)> {
+    ) -> Option<GuidingDistribution<'a>> {
         if !Mixture::guides(bsdf, self.product()) {
             return None;
         }
         let distribution = guide.field.distribution(summary, packet.surfaces.facing_normal(k));
         if !self.product() || bsdf.lambertian().is_some() {
-            return Some((distribution, summary.bsdf_fraction));
+            return Some(distribution);
         }
         let (frame, wo) = (packet.surfaces.get(k).frame, packet.surfaces.wo_local(k));
-        let product = distribution.times(|w| {
+        Some(distribution.times(|w| {
             let wi = frame.to_local(w);
             luminance(bsdf.eval(wo, wi)) / wi.z.abs().max(MIN_COSINE)
-        });
-        Some((product, summary.bsdf_fraction))
+        }))
     }
 
     /// Keeps what the table expects of going on from a vertex that is kept for learning.
@@ -101,34 +101,39 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         self.integrator.guide.is_some_and(|guide| guide.settings.sampling == GuideSampling::Product)
     }
 
-    /// Expected number of paths that go on. The throughput's roulette goes by the share of light that scattering leaves
-    /// on the way (`analog`), not by the throughput: a guide that finds the light lowers the throughput of just the
-    /// paths that matter.
-    #[inline]
-    pub(super) fn paths(
-        &self,
-        guided: Option<&Guided>,
-        guides: bool,
-        reflected: f32,
-        analog: f32,
-        slot: u32,
-        depth: u32,
-    ) -> f32 {
+    /// Expected numbers of paths that go on, where surfaces reflect `albedo` and `analog` of the light would be left. The
+    /// throughput's roulette goes by that share, not by the throughput: a guide that finds the light lowers the throughput
+    /// of just the paths that matter.
+    #[inline(always)]
+    pub(super) fn expected_paths(&self, packet: &Packet, albedo: &Vec3Lanes, analog: &Lanes, depth: u32) -> Lanes {
         let settings = self.integrator.settings;
-        if settings.roulette == Roulette::None {
-            return 1.0;
-        }
         let efficiency = self.integrator.guide.and_then(|guide| guide.efficiency);
+        let mut paths = [1.0; LANES];
         if let (Roulette::Guided, Some(efficiency)) = (settings.roulette, efficiency) {
-            let full = self.batch.next.rays.len() >= MAX_WAVE * self.task.paths();
-            let max_split = if full { 1.0 } else { settings.max_split };
-            // of the return by a sharp lobe, a state's moments say nothing
-            let Some(summary) = guided.and_then(|guided| guided.summary).filter(|_| guides) else {
-                return if depth >= settings.rr_depth { MAX_SURVIVAL } else { 1.0 };
-            };
-            return efficiency.paths(summary, reflected, self.pixel(slot), max_split);
+            for k in each(packet.scatters()) {
+                paths[k] = self.guided_paths(efficiency, packet, k, albedo.get(k), depth);
+            }
+        } else if settings.roulette != Roulette::None && depth >= settings.rr_depth {
+            for k in 0..LANES {
+                paths[k] = analog[k].min(MAX_SURVIVAL);
+            }
         }
-        if depth >= settings.rr_depth { analog.min(MAX_SURVIVAL) } else { 1.0 }
+        paths
+    }
+
+    /// The same at vertex `k`, where it goes by what the guide knows.
+    #[inline]
+    fn guided_paths(&self, efficiency: &Efficiency, packet: &Packet, k: usize, albedo: Rgb, depth: u32) -> f32 {
+        let settings = self.integrator.settings;
+        let full = self.batch.next.rays.len() >= MAX_WAVE * self.task.paths();
+        let max_split = if full { 1.0 } else { settings.max_split };
+        // of the return by a sharp lobe, a state's moments say nothing
+        let Some(summary) = packet.guided[k].and_then(|guided| guided.summary).filter(|_| packet.guides(k)) else {
+            return if depth >= settings.rr_depth { MAX_SURVIVAL } else { 1.0 };
+        };
+        let paths = &self.batch.wave.paths;
+        let reflected = luminance(paths.throughput(packet.ray(k)) * albedo);
+        efficiency.paths(summary, reflected, self.pixel(paths.slot[packet.ray(k)]), max_split)
     }
 
     /// The pixel of a path, row by row over the film.
@@ -141,17 +146,17 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     }
 }
 
-/// What is to be learnt of a direction.
+/// What is to be learnt of a direction. The weight is that of the draw, before roulette and splitting.
 #[inline]
-pub(super) fn edge(guided: Option<&Guided>, normal: Vec3, next: &DirectionSample, albedo: f32) -> Option<Edge> {
-    let (guided, pdf) = (guided?, next.pdf?);
+pub(super) fn edge(packet: &Packet, k: usize, next: &DirectionSample, albedo: f32) -> Option<Edge> {
+    let (guided, pdf) = (packet.guided[k]?, next.pdf?);
     Some(Edge {
         key: guided.key,
         wi: PackedDirection::new(next.wi),
-        normal: PackedDirection::new(normal),
+        normal: PackedDirection::new(packet.surfaces.facing_normal(k)),
         pdf: pdf.mixture,
         bsdf_pdf: pdf.bsdf,
         guide_pdf: pdf.guide,
-        scattered: luminance(next.weight) * pdf.mixture / albedo,
+        scattered: if packet.guides(k) { luminance(next.weight) * pdf.mixture / albedo } else { 0.0 },
     })
 }

@@ -3,10 +3,11 @@
 
 use super::packet::Packet;
 use super::{Probe, Stage, Walk, Wave};
+use crate::bsdf::Bsdf;
 use crate::embree::Ray;
 use crate::geometry::SurfaceInteraction;
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Vec3Lanes};
+use crate::math::lanes::{LANES, Vec3Lanes, each, mask};
 use glam::Vec3;
 
 impl<P: Probe> Walk<'_, '_, P> {
@@ -26,43 +27,38 @@ impl<P: Probe> Walk<'_, '_, P> {
                 weight[k] = if lights.delta[k] { 1.0 } else { power_heuristic(lights.pdf[k], pdf[k]) };
             }
         }
-        let mut local = Vec3Lanes::ZERO;
+        let [mut local, mut brought] = [Vec3Lanes::ZERO; 2];
         lights.contribution(&f, &weight, &mut local);
+        let throughput = &self.batch.wave.paths.packet(packet.ray(0)).throughput;
+        for k in 0..LANES {
+            brought.set(k, throughput.get(k) * local.get(k));
+        }
         let (mut org, mut dir, mut tfar) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO, [0.0; LANES]);
         lights.shadow_rays(&packet.surfaces, &mut org, &mut dir, &mut tfar);
-        for k in 0..packet.surfaces.len() {
-            if lights.pdf[k] > 0.0 && local.get(k) != Rgb::ZERO {
-                let ray = Ray { org: org.get(k), dir: dir.get(k), tfar: tfar[k] };
-                self.ask_light(&ray, local.get(k), packet, k);
+        for k in each(&mask(|k| (lights.pdf[k] > 0.0) & (local.get(k) != Rgb::ZERO))) {
+            let b = &mut *self.batch;
+            b.shadow_rays.push(&Ray { org: org.get(k), dir: dir.get(k), tfar: tfar[k] });
+            b.next_events.slot.push(b.wave.paths.slot[packet.ray(k)]);
+            b.next_events.contribution.push(brought.get(k));
+            if self.learn {
+                b.next_events.local.push((local.get(k), packet.kept[k]));
             }
         }
     }
 
-    fn draw_lights(&mut self, packet: &mut Packet) {
+    fn draw_lights(&self, packet: &mut Packet) {
         let lights = self.integrator.scene.lights();
-        let Packet { surfaces, bsdf, lights: drawn, rng, .. } = packet;
-        for k in 0..surfaces.len() {
-            match bsdf[k] {
-                Some(bsdf) if bsdf.has_smooth() => {
-                    let (u_choice, u) = (rng[k].f64(), rng[k].f32x2());
-                    drawn.choose(k, lights, surfaces.p(k), u_choice, u);
-                }
-                _ => drawn.skip(k),
-            }
+        let mut lit = *packet.scatters();
+        for k in each(packet.scatters()) {
+            lit[k] = packet.bsdf(k).is_some_and(Bsdf::has_smooth);
         }
-        drawn.resolve();
-    }
-
-    /// Lays a shadow ray from vertex `k` towards a light that would bring it `local`.
-    #[inline]
-    fn ask_light(&mut self, ray: &Ray, local: Rgb, packet: &Packet, k: usize) {
-        self.batch.shadow_rays.push(ray);
-        let (n, paths) = (&mut self.batch.next_events, &self.batch.wave.paths);
-        n.slot.push(paths.slot[packet.ray[k]]);
-        n.contribution.push(paths.state[packet.ray[k]].throughput * local);
-        if self.learn {
-            n.local.push((local, packet.kept[k]));
+        let u_choice = packet.rng.f64(&lit);
+        let u = [packet.rng.f32(&lit), packet.rng.f32(&lit)];
+        let Packet { surfaces, lights: drawn, .. } = packet;
+        for k in each(&lit) {
+            drawn.choose(k, lights, surfaces.p(k), u_choice[k], [u[0][k], u[1][k]]);
         }
+        drawn.resolve(surfaces.places(), &u);
     }
 
     /// What the shadow rays found open is added to pixels and to what vertices will learn.
@@ -82,7 +78,7 @@ impl<P: Probe> Walk<'_, '_, P> {
     }
 
     #[inline]
-    pub(super) fn weigh_environment(&self, dir: Vec3, pdf: Option<f32>) -> Rgb {
+    pub(super) fn weigh_environment(&self, dir: Vec3, pdf: f32) -> Rgb {
         let lights = self.integrator.scene.lights();
         let le = lights.environment_radiance(dir);
         if le == Rgb::ZERO { le } else { le * self.emitter_weight(pdf, || lights.pdf_environment(dir)) }
@@ -98,18 +94,20 @@ impl<P: Probe> Walk<'_, '_, P> {
         }
         let Wave { rays, paths } = &self.batch.wave;
         let light_pdf = || rays.hit(i).map_or(0.0, |hit| scene.emitter_pdf(&hit, si, &rays.ray(i)));
-        le * self.emitter_weight(paths.state[i].pdf, light_pdf)
+        le * self.emitter_weight(paths.pdf(i), light_pdf)
     }
 
-    /// MIS weight of an emitter that a ray met by itself. `pdf` is the density the ray was drawn with, `light_pdf`
-    /// that of next-event estimation for the same direction.
+    /// MIS weight of an emitter that a ray met by itself. `pdf` is the density the ray was drawn with, infinite where no
+    /// other way could have found it, `light_pdf` that of next-event estimation for the same direction.
     #[inline]
-    pub(super) fn emitter_weight(&self, pdf: Option<f32>, light_pdf: impl FnOnce() -> f32) -> f32 {
+    pub(super) fn emitter_weight(&self, pdf: f32, light_pdf: impl FnOnce() -> f32) -> f32 {
         let settings = self.integrator.settings;
-        match pdf {
-            Some(pdf) if settings.next_event && settings.mis => power_heuristic(pdf, light_pdf()),
-            Some(_) if settings.next_event => 0.0,
-            _ => 1.0,
+        if pdf == f32::INFINITY || !settings.next_event {
+            1.0
+        } else if settings.mis {
+            power_heuristic(pdf, light_pdf())
+        } else {
+            0.0
         }
     }
 }

@@ -6,57 +6,122 @@ use crate::geometry::Surfaces;
 use crate::guiding::{GuideLanes, GuidingDistribution};
 use crate::integrator::mixture::{Densities, Mixture};
 use crate::light::LightSamples;
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
-use crate::math::{Rgb, rng::Rng};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask};
+use crate::math::{Rgb, rng::RngLanes};
 
 /// A packet of vertices. What one step hands on to the next lies side by side, so that each writes and reads no more
 /// than it needs.
 pub(super) struct Packet<'a> {
+    /// Place of the first ray in its wave; the others follow, a lane each.
+    first: usize,
     pub surfaces: Surfaces<'a>,
-    /// The ray, by its place in the wave, that met each surface.
-    pub ray: [usize; LANES],
-    /// How each scatters; `None` where the path ends.
-    pub bsdf: [Option<Bsdf<'a>>; LANES],
+    scatters: Mask,
+    /// How each that does scatters.
+    bsdf: [Option<Bsdf<'a>>; LANES],
     /// Those that are Lambertian.
     pub diffuse: DiffuseLanes,
     pub guided: [Option<Guided<'a>>; LANES],
     /// Where each vertex is kept for learning, by its place in its wave.
     pub kept: [u32; LANES],
-    /// The guide's directions and the share that the BSDF keeps, where the guide can help.
-    directions: [Option<(GuidingDistribution<'a>, f32)>; LANES],
+    /// Where the guide can help: its directions, and the share that the BSDF keeps.
+    led: Mask,
+    directions: [Option<GuidingDistribution<'a>>; LANES],
+    bsdf_fraction: Lanes,
     /// Those of them that are trees.
     trees: GuideLanes<'a>,
     pub lights: LightSamples,
-    pub rng: [Rng; LANES],
+    pub rng: RngLanes,
 }
 
 impl<'a> Packet<'a> {
     pub fn new() -> Self {
         Packet {
+            first: 0,
             surfaces: Surfaces::new(),
-            ray: [0; LANES],
+            scatters: [false; LANES],
             bsdf: [None; LANES],
             diffuse: DiffuseLanes::new(),
             guided: [None; LANES],
             kept: [0; LANES],
+            led: [false; LANES],
             directions: [const { None }; LANES],
+            bsdf_fraction: [1.0; LANES],
             trees: GuideLanes::new(),
             lights: LightSamples::new(),
-            rng: [Rng::new(0); LANES],
+            rng: RngLanes::ZERO,
         }
     }
 
-    /// Takes the guide's directions at vertex `k`, where there are any, with the share that the BSDF keeps.
+    /// Begins with the rays from place `first` in their wave on.
     #[inline(always)]
-    pub fn lead(&mut self, k: usize, directions: Option<(GuidingDistribution<'a>, f32)>) {
-        self.trees.set(k, directions.as_ref().map(|(distribution, _)| distribution));
-        self.directions[k] = directions;
+    pub fn begin(&mut self, first: usize, rng: RngLanes) {
+        (self.first, self.rng) = (first, rng);
+        (self.scatters, self.led, self.bsdf_fraction) = ([false; LANES], [false; LANES], [1.0; LANES]);
+        self.diffuse.clear();
+        self.trees.clear();
+        self.lights.clear();
     }
 
-    /// The share of the directions at vertex `k` that the BSDF keeps, where a guide draws the others.
+    /// Place of ray `k` in its wave.
     #[inline(always)]
-    pub fn bsdf_fraction(&self, k: usize) -> Option<f32> {
-        self.directions[k].as_ref().map(|&(_, fraction)| fraction)
+    pub fn ray(&self, k: usize) -> usize {
+        self.first + k
+    }
+
+    /// Where rays met something.
+    #[inline(always)]
+    pub fn met(&self) -> &Mask {
+        self.surfaces.met()
+    }
+
+    /// The path may go on from vertex `k`, by this BSDF.
+    #[inline(always)]
+    pub fn scatter(&mut self, k: usize, bsdf: Bsdf<'a>) {
+        self.diffuse.set(k, &bsdf);
+        (self.scatters[k], self.bsdf[k]) = (true, Some(bsdf));
+    }
+
+    /// Where paths may go on.
+    #[inline(always)]
+    pub fn scatters(&self) -> &Mask {
+        &self.scatters
+    }
+
+    /// How vertex `k` scatters; `None` where the path ends.
+    #[inline(always)]
+    pub fn bsdf(&self, k: usize) -> Option<&Bsdf<'a>> {
+        self.bsdf[k].as_ref().filter(|_| self.scatters[k])
+    }
+
+    /// [`Bsdf::albedo`] as each surface is seen; any where the path ends.
+    #[inline(always)]
+    pub fn albedo(&self, albedo: &mut Vec3Lanes) {
+        self.diffuse.albedo(self.surfaces.wo_locals(), albedo);
+        let diffuse = self.diffuse.are();
+        for k in each(&mask(|k| self.scatters[k] & !diffuse[k])) {
+            if let Some(bsdf) = &self.bsdf[k] {
+                albedo.set(k, bsdf.albedo(self.surfaces.wo_local(k)));
+            }
+        }
+    }
+
+    /// Whether a guide can help at vertex `k`, drawn from as it is.
+    #[inline(always)]
+    pub fn guides(&self, k: usize) -> bool {
+        self.diffuse.are()[k] || self.bsdf(k).is_some_and(|bsdf| Mixture::guides(bsdf, false))
+    }
+
+    /// Takes the guide's directions at vertex `k` and the share that the BSDF keeps.
+    #[inline(always)]
+    pub fn lead(&mut self, k: usize, directions: GuidingDistribution<'a>, bsdf_fraction: f32) {
+        self.trees.set(k, &directions);
+        (self.led[k], self.directions[k], self.bsdf_fraction[k]) = (true, Some(directions), bsdf_fraction);
+    }
+
+    /// The share of the directions that the BSDF keeps, where a guide draws the others; 1 elsewhere.
+    #[inline(always)]
+    pub fn bsdf_fraction(&self) -> &Lanes {
+        &self.bsdf_fraction
     }
 
     pub fn trees(&self) -> &GuideLanes<'a> {
@@ -66,23 +131,16 @@ impl<'a> Packet<'a> {
     /// How directions are drawn at vertex `k`; `None` where the path ends.
     #[inline(always)]
     pub fn mixture(&self, k: usize) -> Option<Mixture<'_>> {
-        let bsdf = self.bsdf[k].as_ref()?;
-        Some(match &self.directions[k] {
-            Some((guide, bsdf_fraction)) => Mixture::new(bsdf, Some(guide), *bsdf_fraction),
-            None => Mixture::new(bsdf, None, 1.0),
-        })
+        let bsdf = self.bsdf[k].as_ref().filter(|_| self.scatters[k])?;
+        let guide = self.directions[k].as_ref().filter(|_| self.led[k]);
+        Some(Mixture::new(bsdf, guide, self.bsdf_fraction[k]))
     }
 
-    /// Whether at vertex `k` directions are drawn by Lambert's law alone.
+    /// Where directions are drawn by Lambert's law, alone or with a tree: both are known side by side.
     #[inline(always)]
-    fn is_plain(&self, k: usize) -> bool {
-        self.diffuse.is(k) && self.directions[k].is_none()
-    }
-
-    /// Whether at vertex `k` directions are drawn by Lambert's law, alone or with a tree: both are known side by side.
-    #[inline(always)]
-    pub fn is_wide(&self, k: usize) -> bool {
-        self.diffuse.is(k) && (self.directions[k].is_none() || self.trees.is(k))
+    pub fn wide(&self) -> Mask {
+        let (diffuse, trees) = (self.diffuse.are(), self.trees.are());
+        mask(|k| diffuse[k] & (!self.led[k] | trees[k]))
     }
 
     /// [`Mixture::eval_pdf`] towards the lights that were drawn. Any where there are none.
@@ -96,27 +154,30 @@ impl<'a> Packet<'a> {
             f.set(k, if lit { f.get(k) } else { Rgb::ZERO });
             pdf[k] = if lit { pdf[k] } else { 0.0 };
         }
-        let mut guide = [0.0; LANES];
         if self.trees.any() {
-            self.trees.pdf(wi, &mut guide);
+            self.mix_trees(f, pdf);
         }
-        for k in 0..surfaces.len() {
-            if self.is_plain(k) || self.lights.pdf[k] <= 0.0 {
-                continue;
-            }
-            if let Some(fraction) = self.bsdf_fraction(k).filter(|_| self.is_wide(k)) {
-                let mixed = Densities::mixed(fraction, pdf[k], guide[k]).mixture;
-                pdf[k] = if f.get(k) != Rgb::ZERO { mixed } else { pdf[k] };
-                continue;
-            }
+        let (drawn, wide) = (&self.lights.pdf, self.wide());
+        for k in each(&mask(|k| (drawn[k] > 0.0) & !wide[k])) {
             let Some(mixture) = self.mixture(k) else { continue };
-            if !self.diffuse.is(k) {
+            if !self.diffuse.are()[k] {
                 let (value, density) = mixture.eval_pdf(&surfaces.get(k), surfaces.wo_local(k), wi.get(k));
                 f.set(k, value);
                 pdf[k] = density;
             } else if f.get(k) != Rgb::ZERO {
                 pdf[k] = mixture.density(pdf[k], wi.get(k));
             }
+        }
+    }
+
+    /// Makes densities of the BSDF those of its mixture with a tree, where there is one and `f` is not black.
+    #[inline(always)]
+    fn mix_trees(&self, f: &Vec3Lanes, pdf: &mut Lanes) {
+        let mut guide = [0.0; LANES];
+        self.trees.pdf(&self.lights.wi, &mut guide);
+        for k in 0..LANES {
+            let mixed = Densities::mixed(self.bsdf_fraction[k], pdf[k], guide[k]).mixture;
+            pdf[k] = if self.trees.are()[k] & (f.get(k) != Rgb::ZERO) { mixed } else { pdf[k] };
         }
     }
 }

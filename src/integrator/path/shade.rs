@@ -1,18 +1,18 @@
 //! What happens at the vertices of a wave, narrated: a packet at a time, step by step.
 
-use super::draw::Numbers;
 use super::guided::edge;
 use super::packet::Packet;
 use super::{PathIntegrator, Probe, Stage, Walk};
-use crate::embree::Ray;
+use crate::bsdf::Bsdf;
+use crate::embree::{NOTHING, Ray};
 use crate::film::tile::Features;
-use crate::integrator::backup::{Arrival, Edge};
-use crate::integrator::batch::{PathState, Paths};
-use crate::integrator::mixture::{DirectionSample, Mixture};
-use crate::math::lanes::LANES;
+use crate::geometry::SurfaceInteraction;
+use crate::integrator::backup::Arrival;
+use crate::integrator::batch::PathState;
+use crate::integrator::mixture::DirectionSample;
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each, mask};
 use crate::math::{Rgb, luminance, rng::Rng};
 use glam::Vec3;
-use std::ops::Range;
 
 impl<'a, P: Probe> Walk<'a, '_, P> {
     /// The vertices at which the wave's rays arrive.
@@ -26,18 +26,19 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         self.batch.next_events.clear();
         self.batch.next.clear();
         let mut packet = Packet::new();
-        let rays = self.batch.wave.rays.len();
-        for first in (0..rays).step_by(LANES) {
-            self.shade(first..rays.min(first + LANES), depth, &mut packet);
+        for first in (0..self.batch.wave.rays.len()).step_by(LANES) {
+            packet.begin(first, self.batch.wave.paths.packet(first).rng);
+            self.shade(depth, &mut packet);
         }
     }
 
-    fn shade(&mut self, rays: Range<usize>, depth: u32, packet: &mut Packet<'a>) {
+    fn shade(&mut self, depth: u32, packet: &mut Packet<'a>) {
         // Surfaces. A ray that left the scene sees the environment, and is done.
-        self.meet(rays, depth, packet);
+        self.meet(depth, packet);
 
         // Emission, weighted against the chance that next-event estimation had of drawing this direction.
-        for k in 0..packet.surfaces.len() {
+        let met = *packet.met();
+        for k in each(&met) {
             self.arrive(packet, k, depth);
         }
 
@@ -57,145 +58,163 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     }
 
     /// The surfaces that rays of a packet met.
-    fn meet(&mut self, rays: Range<usize>, depth: u32, packet: &mut Packet<'a>) {
+    fn meet(&mut self, depth: u32, packet: &mut Packet<'a>) {
         let PathIntegrator { scene, settings, features, .. } = *self.integrator;
-        let Packet { surfaces, ray, .. } = packet;
-        surfaces.clear();
+        let (first, rays) = (packet.ray(0), &self.batch.wave.rays);
+        let (rows, left) = (rays.rows(first), rays.len() - first);
+        let mut met = mask(|k| (k < left) & (rows.geometry[k] != NOTHING));
         // at a path's end only emission counts
-        let ends = depth >= settings.max_depth && !(depth == 1 && features);
-        for i in rays {
-            let wo = -self.batch.wave.rays.ray(i).dir;
-            match self.batch.wave.rays.hit(i) {
-                None => self.leave(i, -wo, depth),
-                Some(hit) if ends && !scene.emits(hit) => _ = self.log(i, depth, Rgb::ZERO),
-                Some(hit) => {
-                    ray[surfaces.len()] = i;
-                    scene.meet(hit, wo, surfaces);
-                }
+        if depth >= settings.max_depth && !(depth == 1 && features) {
+            for k in each(&met.clone()) {
+                met[k] = rays.hit(first + k).is_some_and(|hit| scene.emits(hit));
             }
         }
-        surfaces.resolve();
+        packet.surfaces.begin(&rows, met);
+        for k in each(&met) {
+            if let Some(hit) = rays.hit(first + k) {
+                scene.meet(k, hit, &mut packet.surfaces);
+            }
+        }
+        for k in each(&mask(|k| (k < left) & !met[k])) {
+            self.leave(first + k, depth);
+        }
+        packet.surfaces.resolve();
     }
 
-    /// A path leaves the scene along `dir`: only an environment is there to be seen.
-    fn leave(&mut self, i: usize, dir: Vec3, depth: u32) {
-        let Paths { slot, state, .. } = &self.batch.wave.paths;
-        let (slot, PathState { throughput, pdf, .. }) = (slot[i] as usize, state[i]);
-        let le = self.weigh_environment(dir, pdf);
-        self.batch.radiance[slot] += throughput * le;
+    /// Path `i` meets nothing that counts. Where that is because it left the scene, an environment may be seen.
+    fn leave(&mut self, i: usize, depth: u32) {
+        let (rays, paths) = (&self.batch.wave.rays, &self.batch.wave.paths);
+        let mut le = Rgb::ZERO;
+        if rays.hit(i).is_none() {
+            le = self.weigh_environment(rays.ray(i).dir, paths.pdf(i));
+            self.batch.radiance[paths.slot[i] as usize] += paths.throughput(i) * le;
+        }
         self.log(i, depth, le);
     }
 
     /// Takes the emission of surface `k`, and finds how it scatters, unless the path ends there.
-    #[inline]
+    #[inline(always)]
     fn arrive(&mut self, packet: &mut Packet<'a>, k: usize, depth: u32) {
         let PathIntegrator { scene, settings, features, .. } = *self.integrator;
-        let (i, si) = (packet.ray[k], packet.surfaces.get(k));
-        let Paths { slot, state, .. } = &self.batch.wave.paths;
-        let (slot, throughput) = (slot[i] as usize, state[i].throughput);
-        packet.rng[k] = state[i].rng;
-        let le = self.weigh_emission(i, &si);
-        if le != Rgb::ZERO {
-            self.batch.radiance[slot] += throughput * le;
-        }
+        let (i, material) = (packet.ray(k), scene.material(packet.surfaces.material(k)));
+        let le = if material.emits() { self.take_emission(i, &packet.surfaces.get(k)) } else { Rgb::ZERO };
         packet.kept[k] = self.log(i, depth, le);
-
-        let bsdf = scene.bsdf(&si);
+        let bsdf = scene.bsdf(material, packet.surfaces.uv(k));
         if depth == 1 && features {
-            let depth = self.batch.wave.rays.ray(i).tfar;
-            let (albedo, normal) = (bsdf.albedo(packet.surfaces.wo_local(k)), packet.surfaces.facing_normal(k));
-            self.batch.features[slot] = Features { albedo, normal, depth };
+            self.keep_features(packet, k, &bsdf);
         }
-        packet.bsdf[k] = (depth < settings.max_depth).then_some(bsdf);
-        packet.diffuse.set(k, packet.bsdf[k].as_ref());
+        if depth < settings.max_depth {
+            packet.scatter(k, bsdf);
+        }
+    }
+
+    /// What `si` sends along ray `i`, which met it; it is added to the pixel.
+    #[inline(never)]
+    fn take_emission(&mut self, i: usize, si: &SurfaceInteraction) -> Rgb {
+        let (le, paths) = (self.weigh_emission(i, si), &self.batch.wave.paths);
+        if le != Rgb::ZERO {
+            self.batch.radiance[paths.slot[i] as usize] += paths.throughput(i) * le;
+        }
+        le
+    }
+
+    fn keep_features(&mut self, packet: &Packet, k: usize, bsdf: &Bsdf) {
+        let (i, surfaces) = (packet.ray(k), &packet.surfaces);
+        let (albedo, normal) = (bsdf.albedo(surfaces.wo_local(k)), surfaces.facing_normal(k));
+        let depth = self.batch.wave.rays.ray(i).tfar;
+        self.batch.features[self.batch.wave.paths.slot[i] as usize] = Features { albedo, normal, depth };
     }
 
     /// Draws where paths go on, and lays their next rays.
     fn go_on(&mut self, packet: &mut Packet<'a>, depth: u32) {
-        let mut survival = [Survival::default(); LANES];
-        let mut numbers = Numbers::default();
-        for k in 0..packet.surfaces.len() {
-            survival[k] = self.survival(packet, k, depth);
-            if packet.is_wide(k) && survival[k].count == 1 {
-                packet.draw_numbers(k, &mut numbers);
-            }
+        let survival = self.survive(packet, depth);
+        let wide = packet.wide();
+        let wide = mask(|k| wide[k] & (survival.count[k] == 1));
+        let proposals = packet.propose(&wide);
+        let (mut weight, mut throughput) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO);
+        let before = &self.batch.wave.paths.packet(packet.ray(0)).throughput;
+        for k in 0..LANES {
+            weight.set(k, proposals.weight.get(k) / survival.paths[k]);
+            throughput.set(k, before.get(k) * weight.get(k));
         }
-        let proposals = packet.propose(&numbers);
-        for (k, survival) in survival.iter().enumerate() {
-            if numbers.has(k) {
-                if let Some(next) = packet.proposal(k, &numbers, &proposals) {
-                    self.lay(packet, k, survival, next, packet.rng[k]);
-                }
-            } else if survival.count > 0 {
-                self.draw(packet, k, survival);
+        for k in each(&mask(|k| proposals.goes[k] | ((survival.count[k] > 0) & !wide[k]))) {
+            if !wide[k] {
+                self.draw(packet, k, &survival);
+                continue;
             }
+            if self.learn {
+                self.keep_arrival(packet, k, weight.get(k), &proposals.get(k), survival.albedo[k]);
+            }
+            let (rng, analog) = (packet.rng.get(k), survival.analog[k]);
+            let state = PathState { throughput: throughput.get(k), rng, pdf: proposals.mixture[k], analog };
+            self.lay(packet.ray(k), proposals.org.get(k), proposals.dir.get(k), state);
         }
     }
 
-    /// Whether the path goes on from vertex `k`, and as how many.
-    #[inline]
-    fn survival(&mut self, packet: &mut Packet<'a>, k: usize, depth: u32) -> Survival {
-        let Some(bsdf) = &packet.bsdf[k] else { return Survival::default() };
-        let Paths { slot, state, .. } = &self.batch.wave.paths;
-        let (slot, throughput, analog) =
-            (slot[packet.ray[k]], state[packet.ray[k]].throughput, state[packet.ray[k]].analog);
-        let albedo = bsdf.albedo(packet.surfaces.wo_local(k));
-        let analog = analog * albedo.max_element();
-        let guides = Mixture::guides(bsdf, false);
-        let paths = self.paths(packet.guided[k].as_ref(), guides, luminance(throughput * albedo), analog, slot, depth);
-        let count = paths as u32 + (packet.rng[k].f32() < paths.fract()) as u32;
-        Survival { count, paths, analog: analog / paths, albedo: luminance(albedo), guides }
+    /// Whether paths go on, and each as how many.
+    #[inline(always)]
+    fn survive(&self, packet: &mut Packet<'a>, depth: u32) -> Survival {
+        let (mut albedo, scatters) = (Vec3Lanes::ZERO, *packet.scatters());
+        packet.albedo(&mut albedo);
+        let before = &self.batch.wave.paths.packet(packet.ray(0)).analog;
+        let mut s = Survival::default();
+        for k in 0..LANES {
+            s.analog[k] = before[k] * albedo.get(k).max_element();
+            s.albedo[k] = luminance(albedo.get(k));
+        }
+        s.paths = self.expected_paths(packet, &albedo, &s.analog, depth);
+        let u = packet.rng.f32(&scatters);
+        for k in 0..LANES {
+            let count = s.paths[k] as u32 + (u[k] < s.paths[k].fract()) as u32;
+            s.count[k] = if scatters[k] { count } else { 0 };
+            s.analog[k] /= s.paths[k];
+        }
+        s
     }
 
     /// Draws the directions in which the path goes on from vertex `k` by itself.
     fn draw(&mut self, packet: &Packet<'a>, k: usize, survival: &Survival) {
         let Some(mixture) = packet.mixture(k) else { return };
-        let (si, wo, mut rng) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), packet.rng[k]);
-        for split in 0..survival.count {
+        let (si, wo, mut rng) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), packet.rng.get(k));
+        let (paths, analog, i) = (survival.paths[k], survival.analog[k], packet.ray(k));
+        for split in 0..survival.count[k] {
             let mut rng = if split == 0 { rng } else { Rng::new(((rng.next_u32() as u64) << 32) | split as u64) };
-            if let Some(next) = mixture.sample(&si, wo, &mut rng) {
-                self.lay(packet, k, survival, (si.spawn(next.wi), next), rng);
+            let Some(next) = mixture.sample(&si, wo, &mut rng) else { continue };
+            let weight = next.weight / paths;
+            if self.learn {
+                self.keep_arrival(packet, k, weight, &next, survival.albedo[k]);
             }
+            let throughput = self.batch.wave.paths.throughput(i) * weight;
+            let pdf = next.pdf.map_or(f32::INFINITY, |pdf| pdf.mixture);
+            self.lay(i, si.spawn(next.wi), next.wi, PathState { throughput, rng, pdf, analog });
         }
     }
 
-    /// Lays the next ray of a path from vertex `k`, with what it carries.
+    /// Keeps how the path comes to its next vertex, with the weight of this branch of it.
     #[inline(always)]
-    fn lay(
-        &mut self,
-        packet: &Packet<'a>,
-        k: usize,
-        survival: &Survival,
-        (org, next): (Vec3, DirectionSample),
-        rng: Rng,
-    ) {
-        let weight = next.weight / survival.paths;
+    fn keep_arrival(&mut self, packet: &Packet, k: usize, weight: Rgb, next: &DirectionSample, albedo: f32) {
+        let edge = edge(packet, k, next, albedo);
+        self.batch.next.paths.arrival.push(Arrival { parent: packet.kept[k], weight, edge });
+    }
+
+    /// Lays the next ray of path `i`, with what it carries.
+    #[inline(always)]
+    fn lay(&mut self, i: usize, org: Vec3, dir: Vec3, state: PathState) {
         let b = &mut *self.batch;
-        if self.learn {
-            let normal = packet.surfaces.facing_normal(k);
-            let edge = edge(packet.guided[k].as_ref(), normal, &next, survival.albedo);
-            let edge = edge.map(|e| Edge { scattered: if survival.guides { e.scattered } else { 0.0 }, ..e });
-            b.next.paths.arrival.push(Arrival { parent: packet.kept[k], weight, edge });
-        }
-        let (paths, i) = (&b.wave.paths, packet.ray[k]);
-        let throughput = paths.state[i].throughput * weight;
-        let pdf = next.pdf.map(|pdf| pdf.mixture);
-        b.next.rays.push(&Ray { org, dir: next.wi, tfar: f32::INFINITY });
-        b.next.paths.push(paths.slot[i], PathState { throughput, rng, pdf, analog: survival.analog });
+        b.next.rays.push(&Ray { org, dir, tfar: f32::INFINITY });
+        b.next.paths.push(b.wave.paths.slot[i], state);
     }
 }
 
-/// How a path goes on.
-#[derive(Clone, Copy, Default)]
+/// How paths go on.
+#[derive(Default)]
 struct Survival {
     /// As so many.
-    count: u32,
+    count: [u32; LANES],
     /// How many were expected.
-    paths: f32,
+    paths: Lanes,
     /// What roulette goes by from here on.
-    analog: f32,
+    analog: Lanes,
     /// Luminance of the BSDF's albedo.
-    albedo: f32,
-    /// Whether a guide can help here.
-    guides: bool,
+    albedo: Lanes,
 }

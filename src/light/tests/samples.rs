@@ -27,16 +27,17 @@ fn lights_of_a_packet_are_those_of_single_draws() {
         let mesh = mesh(&mut rng, true);
         let surfaces = packet(&mesh, &mut rng);
         let mut single = [None; LANES];
+        let mut u = [[0.0; LANES]; 2];
+        drawn.clear();
         for (k, single) in single.iter_mut().enumerate() {
-            let (u_choice, u) = (rng.f64(), rng.f32x2());
-            if k % 5 == 4 {
-                drawn.skip(k);
-            } else {
-                drawn.choose(k, &lights, surfaces.p(k), u_choice, u);
-                *single = lights.sample(surfaces.p(k), u_choice, u);
+            let u_choice = rng.f64();
+            [u[0][k], u[1][k]] = rng.f32x2();
+            if k % 5 != 4 {
+                drawn.choose(k, &lights, surfaces.p(k), u_choice, [u[0][k], u[1][k]]);
+                *single = lights.sample(surfaces.p(k), u_choice, [u[0][k], u[1][k]]);
             }
         }
-        drawn.resolve();
+        drawn.resolve(surfaces.places(), &u);
         let (mut org, mut dir, mut tfar) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO, [0.0; LANES]);
         drawn.shadow_rays(&surfaces, &mut org, &mut dir, &mut tfar);
         for (k, single) in single.iter().enumerate() {
