@@ -7,12 +7,14 @@
 //! `sample` meets them.
 
 pub mod fresnel;
+
 pub mod microfacet;
 
 mod coat;
 mod dielectric;
 mod diffuse;
 mod diffuse_transmitter;
+mod lanes;
 mod mirror;
 mod model;
 mod null;
@@ -26,6 +28,7 @@ pub use coat::{CoatTable, CoatTables};
 pub use dielectric::{Dielectric, ThinDielectric};
 pub use diffuse::{Diffuse, DiffuseLanes};
 pub use diffuse_transmitter::DiffuseTransmitter;
+pub use lanes::BsdfLanes;
 pub use mirror::Mirror;
 pub use model::{BsdfModel, color_textures};
 pub use null::Null;

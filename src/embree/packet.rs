@@ -12,7 +12,7 @@ pub struct Ray {
     pub tfar: f32,
 }
 
-/// In place of a geometry where a ray met nothing.
+/// In place of a geometry where a ray met nothing, and of an instance where there is none.
 pub const NOTHING: u32 = u32::MAX;
 
 /// What a packet of rays met, component by component. A lane whose ray met nothing holds any numbers.
@@ -23,6 +23,9 @@ pub struct HitRows<'a> {
     pub weights: [&'a [f32; 16]; 2],
     /// As [`Hit::geometry`]; [`NOTHING`] where nothing was met.
     pub geometry: &'a [u32; 16],
+    pub primitive: &'a [u32; 16],
+    /// As [`Hit::instance`]; [`NOTHING`] where the mesh belongs to the scene itself.
+    pub instance: &'a [u32; 16],
 }
 
 /// Where a ray met a triangle.
@@ -217,6 +220,8 @@ impl Packet16 {
             ng: [&hit.Ng_x, &hit.Ng_y, &hit.Ng_z],
             weights: [&hit.u, &hit.v],
             geometry: &hit.geomID,
+            primitive: &hit.primID,
+            instance: &hit.instID[0],
         }
     }
 }

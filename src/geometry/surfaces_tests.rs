@@ -1,6 +1,6 @@
 use super::*;
-use crate::math::lanes::mask;
 use crate::geometry::{Attribute, Indices};
+use crate::math::lanes::mask;
 use crate::math::{rng::Rng, warp};
 use glam::{Affine3A, Quat};
 
@@ -40,7 +40,10 @@ fn begin(surfaces: &mut Surfaces, hits: &[(Hit, Vec3)]) {
     let weights = [row(|(hit, _)| hit.u), row(|(hit, _)| hit.v)];
     let met = mask(|k| k < hits.len());
     let (dir, ng, weights) = (dir.each_ref(), ng.each_ref(), weights.each_ref());
-    surfaces.begin(&HitRows { dir, ng, weights, geometry: &[0; LANES] }, met);
+    surfaces.begin(
+        &HitRows { dir, ng, weights, geometry: &[0; LANES], primitive: &[0; LANES], instance: &[0; LANES] },
+        met,
+    );
 }
 
 /// A packet of hits on random triangles.

@@ -127,7 +127,12 @@ impl Lights {
     }
 
     /// Radiance of all surroundings together from `wi` (unit), for a ray that leaves the scene.
+    #[inline(always)]
     pub fn environment_radiance(&self, wi: Vec3) -> Rgb {
+        if self.others.is_empty() { Rgb::ZERO } else { self.sum_of_surroundings(wi) }
+    }
+
+    fn sum_of_surroundings(&self, wi: Vec3) -> Rgb {
         self.others.iter().map(|light| light.radiance(wi)).sum()
     }
 

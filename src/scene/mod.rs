@@ -57,13 +57,15 @@ impl Scene {
         SurfaceInteraction::new(&self.meshes[hit.geometry as usize], hit, wo)
     }
 
-    /// The same for lane `k` of a packet, whose rays are known there.
+    /// The same for lane `k` of a packet, which knows the rest, on the scene's own mesh `geometry`.
     #[inline(always)]
-    pub fn meet<'a>(&'a self, k: usize, hit: Hit, surfaces: &mut Surfaces<'a>) {
-        if hit.instance != NO_INSTANCE {
-            return self.instances.meet(k, hit, surfaces);
-        }
-        surfaces.push(k, &self.meshes[hit.geometry as usize], hit.primitive);
+    pub fn meet<'a>(&'a self, k: usize, geometry: u32, primitive: u32, surfaces: &mut Surfaces<'a>) {
+        surfaces.push(k, &self.meshes[geometry as usize], primitive);
+    }
+
+    /// The same on an instance.
+    pub fn meet_instance(&self, k: usize, hit: Hit, surfaces: &mut Surfaces) {
+        self.instances.meet(k, hit, surfaces);
     }
 
     #[inline]

@@ -57,7 +57,7 @@ impl Packet<'_> {
             value: Vec3Lanes::ZERO,
         };
         let mut local = Vec3Lanes::ZERO;
-        self.diffuse.sample(surfaces.wo_locals(), &numbers.u, &mut local, &mut proposals.bsdf);
+        self.bsdfs.diffuse().sample(surfaces.wo_locals(), &numbers.u, &mut local, &mut proposals.bsdf);
         surfaces.to_world(&local, &mut proposals.dir);
         if self.trees().any() {
             self.propose_by_guide(&numbers, &mut proposals);
@@ -94,7 +94,7 @@ impl Packet<'_> {
         self.trees().pdf(&proposals.dir, &mut proposals.guide);
         let (mut local, mut bsdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
         self.surfaces.to_local(&proposals.dir, &mut local);
-        self.diffuse.eval_pdf(self.surfaces.wo_locals(), &local, &mut proposals.value, &mut bsdf);
+        self.bsdfs.diffuse().eval_pdf(self.surfaces.wo_locals(), &local, &mut proposals.value, &mut bsdf);
         for k in 0..LANES {
             let guided = if by_guide[k] { guide[k] } else { proposals.guide[k] };
             proposals.guide[k] = if self.trees().are()[k] { guided } else { -1.0 };
@@ -106,7 +106,7 @@ impl Packet<'_> {
     #[inline(always)]
     fn weigh(&self, Numbers { by_guide, .. }: &Numbers, proposals: &mut Proposals) {
         for k in 0..LANES {
-            let (bsdf, reflectance) = (proposals.bsdf[k], self.diffuse.reflectance(k));
+            let (bsdf, reflectance) = (proposals.bsdf[k], self.bsdfs.diffuse().reflectance(k));
             let mixed = Densities::mixed(self.bsdf_fraction()[k], bsdf, proposals.guide[k]).mixture;
             let mixture = if proposals.guide[k] < 0.0 { bsdf } else { mixed };
             let (f, share) = (proposals.value.get(k), bsdf / mixture);

@@ -36,7 +36,7 @@ fn fill<'a>(
         if k % 5 == 4 {
             continue;
         }
-        packet.scatter(k, if is_matte(k) { matte } else { metal });
+        packet.bsdfs.set(k, if is_matte(k) { &matte } else { &metal });
         if table(k).is_some() {
             packet.lead(k, guide.field().distribution(summary, packet.surfaces.facing_normal(k)), 0.4);
         }
@@ -67,14 +67,15 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
         packet.eval_pdf(&mut f, &mut pdf);
         packet.albedo(&mut albedo);
         for k in 0..LANES {
-            let Some(mixture) = packet.mixture(k) else {
+            let Some(bsdf) = packet.bsdfs.get(k) else {
                 assert_eq!((packet.rng.get(k), proposals.goes[k]), (before.get(k), false), "nothing is drawn");
                 continue;
             };
+            let mixture = packet.mixture(k, &bsdf);
             let (si, wo, mut alone) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), before.get(k));
             let (value, density) = mixture.eval_pdf(&si, wo, packet.lights.wi.get(k));
             assert!(f.get(k) == value && (value == Rgb::ZERO || pdf[k] == density), "towards a light");
-            assert_eq!(Some(albedo.get(k)), packet.bsdf(k).map(|bsdf| bsdf.albedo(wo)));
+            assert_eq!(albedo.get(k), bsdf.albedo(wo));
             if !wide[k] {
                 assert_eq!((packet.rng.get(k), proposals.goes[k]), (before.get(k), false), "nothing is drawn");
                 continue;

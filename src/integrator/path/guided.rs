@@ -29,13 +29,15 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     /// Asks the guide about the vertices of a packet: first where all of them are in its memory, then what is there.
     pub(super) fn ask_the_guide(&mut self, guide: GuideUse<'a>, packet: &mut Packet<'a>, depth: u32) {
         let mut known = [false; LANES];
-        for k in each(packet.scatters()) {
-            let smooth = packet.bsdf(k).is_some_and(Bsdf::has_smooth);
+        let scatters = *packet.bsdfs.are();
+        for k in each(&scatters) {
+            let smooth = packet.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth());
             packet.guided[k] = if smooth { self.state(guide, packet, k) } else { None };
             known[k] = packet.guided[k].is_some_and(|guided| guided.summary.is_some());
         }
         for k in each(&known) {
-            let (Some(&bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdf(k), packet.guided[k]) else {
+            let (Some(bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdfs.get(k), packet.guided[k])
+            else {
                 continue;
             };
             self.expect(guide, summary, &bsdf, depth, packet.kept[k]);
@@ -110,7 +112,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let efficiency = self.integrator.guide.and_then(|guide| guide.efficiency);
         let mut paths = [1.0; LANES];
         if let (Roulette::Guided, Some(efficiency)) = (settings.roulette, efficiency) {
-            for k in each(packet.scatters()) {
+            for k in each(packet.bsdfs.are()) {
                 paths[k] = self.guided_paths(efficiency, packet, k, albedo.get(k), depth);
             }
         } else if settings.roulette != Roulette::None && depth >= settings.rr_depth {

@@ -3,7 +3,6 @@
 
 use super::packet::Packet;
 use super::{Probe, Stage, Walk, Wave};
-use crate::bsdf::Bsdf;
 use crate::embree::Ray;
 use crate::geometry::SurfaceInteraction;
 use crate::math::Rgb;
@@ -48,9 +47,9 @@ impl<P: Probe> Walk<'_, '_, P> {
 
     fn draw_lights(&self, packet: &mut Packet) {
         let lights = self.integrator.scene.lights();
-        let mut lit = *packet.scatters();
-        for k in each(packet.scatters()) {
-            lit[k] = packet.bsdf(k).is_some_and(Bsdf::has_smooth);
+        let mut lit = *packet.bsdfs.diffuse().are();
+        for k in each(&mask(|k| packet.bsdfs.are()[k] & !lit[k])) {
+            lit[k] = packet.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth());
         }
         let u_choice = packet.rng.f64(&lit);
         let u = [packet.rng.f32(&lit), packet.rng.f32(&lit)];

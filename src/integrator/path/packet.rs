@@ -1,7 +1,7 @@
 //! A packet of vertices on its way through the steps of a wave.
 
 use super::guided::Guided;
-use crate::bsdf::{Bsdf, DiffuseLanes};
+use crate::bsdf::{Bsdf, BsdfLanes};
 use crate::geometry::Surfaces;
 use crate::guiding::{GuideLanes, GuidingDistribution};
 use crate::integrator::mixture::{Densities, Mixture};
@@ -15,11 +15,8 @@ pub(super) struct Packet<'a> {
     /// Place of the first ray in its wave; the others follow, a lane each.
     first: usize,
     pub surfaces: Surfaces<'a>,
-    scatters: Mask,
-    /// How each that does scatters.
-    bsdf: [Option<Bsdf<'a>>; LANES],
-    /// Those that are Lambertian.
-    pub diffuse: DiffuseLanes,
+    /// How surfaces scatter, where paths may go on.
+    pub bsdfs: BsdfLanes<'a>,
     pub guided: [Option<Guided<'a>>; LANES],
     /// Where each vertex is kept for learning, by its place in its wave.
     pub kept: [u32; LANES],
@@ -38,9 +35,7 @@ impl<'a> Packet<'a> {
         Packet {
             first: 0,
             surfaces: Surfaces::new(),
-            scatters: [false; LANES],
-            bsdf: [None; LANES],
-            diffuse: DiffuseLanes::new(),
+            bsdfs: BsdfLanes::new(),
             guided: [None; LANES],
             kept: [0; LANES],
             led: [false; LANES],
@@ -56,8 +51,8 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub fn begin(&mut self, first: usize, rng: RngLanes) {
         (self.first, self.rng) = (first, rng);
-        (self.scatters, self.led, self.bsdf_fraction) = ([false; LANES], [false; LANES], [1.0; LANES]);
-        self.diffuse.clear();
+        (self.led, self.bsdf_fraction) = ([false; LANES], [1.0; LANES]);
+        self.bsdfs.clear();
         self.trees.clear();
         self.lights.clear();
     }
@@ -74,32 +69,13 @@ impl<'a> Packet<'a> {
         self.surfaces.met()
     }
 
-    /// The path may go on from vertex `k`, by this BSDF.
-    #[inline(always)]
-    pub fn scatter(&mut self, k: usize, bsdf: Bsdf<'a>) {
-        self.diffuse.set(k, &bsdf);
-        (self.scatters[k], self.bsdf[k]) = (true, Some(bsdf));
-    }
-
-    /// Where paths may go on.
-    #[inline(always)]
-    pub fn scatters(&self) -> &Mask {
-        &self.scatters
-    }
-
-    /// How vertex `k` scatters; `None` where the path ends.
-    #[inline(always)]
-    pub fn bsdf(&self, k: usize) -> Option<&Bsdf<'a>> {
-        self.bsdf[k].as_ref().filter(|_| self.scatters[k])
-    }
-
     /// [`Bsdf::albedo`] as each surface is seen; any where the path ends.
     #[inline(always)]
     pub fn albedo(&self, albedo: &mut Vec3Lanes) {
-        self.diffuse.albedo(self.surfaces.wo_locals(), albedo);
-        let diffuse = self.diffuse.are();
-        for k in each(&mask(|k| self.scatters[k] & !diffuse[k])) {
-            if let Some(bsdf) = &self.bsdf[k] {
+        self.bsdfs.diffuse().albedo(self.surfaces.wo_locals(), albedo);
+        let (scatters, diffuse) = (self.bsdfs.are(), self.bsdfs.diffuse().are());
+        for k in each(&mask(|k| scatters[k] & !diffuse[k])) {
+            if let Some(bsdf) = self.bsdfs.get(k) {
                 albedo.set(k, bsdf.albedo(self.surfaces.wo_local(k)));
             }
         }
@@ -108,7 +84,7 @@ impl<'a> Packet<'a> {
     /// Whether a guide can help at vertex `k`, drawn from as it is.
     #[inline(always)]
     pub fn guides(&self, k: usize) -> bool {
-        self.diffuse.are()[k] || self.bsdf(k).is_some_and(|bsdf| Mixture::guides(bsdf, false))
+        self.bsdfs.diffuse().are()[k] || self.bsdfs.get(k).is_some_and(|bsdf| Mixture::guides(&bsdf, false))
     }
 
     /// Takes the guide's directions at vertex `k` and the share that the BSDF keeps.
@@ -128,18 +104,17 @@ impl<'a> Packet<'a> {
         &self.trees
     }
 
-    /// How directions are drawn at vertex `k`; `None` where the path ends.
+    /// How directions are drawn at vertex `k`, which scatters by `bsdf`.
     #[inline(always)]
-    pub fn mixture(&self, k: usize) -> Option<Mixture<'_>> {
-        let bsdf = self.bsdf[k].as_ref().filter(|_| self.scatters[k])?;
+    pub fn mixture<'b>(&'b self, k: usize, bsdf: &'b Bsdf<'a>) -> Mixture<'b> {
         let guide = self.directions[k].as_ref().filter(|_| self.led[k]);
-        Some(Mixture::new(bsdf, guide, self.bsdf_fraction[k]))
+        Mixture::new(bsdf, guide, self.bsdf_fraction[k])
     }
 
     /// Where directions are drawn by Lambert's law, alone or with a tree: both are known side by side.
     #[inline(always)]
     pub fn wide(&self) -> Mask {
-        let (diffuse, trees) = (self.diffuse.are(), self.trees.are());
+        let (diffuse, trees) = (self.bsdfs.diffuse().are(), self.trees.are());
         mask(|k| diffuse[k] & (!self.led[k] | trees[k]))
     }
 
@@ -148,7 +123,7 @@ impl<'a> Packet<'a> {
         let (surfaces, wi) = (&self.surfaces, &self.lights.wi);
         let mut local = Vec3Lanes::ZERO;
         surfaces.to_local(wi, &mut local);
-        self.diffuse.eval_pdf(surfaces.wo_locals(), &local, f, pdf);
+        self.bsdfs.diffuse().eval_pdf(surfaces.wo_locals(), &local, f, pdf);
         for k in 0..LANES {
             let lit = surfaces.consistent(k, wi.get(k));
             f.set(k, if lit { f.get(k) } else { Rgb::ZERO });
@@ -159,8 +134,9 @@ impl<'a> Packet<'a> {
         }
         let (drawn, wide) = (&self.lights.pdf, self.wide());
         for k in each(&mask(|k| (drawn[k] > 0.0) & !wide[k])) {
-            let Some(mixture) = self.mixture(k) else { continue };
-            if !self.diffuse.are()[k] {
+            let Some(bsdf) = self.bsdfs.get(k) else { continue };
+            let mixture = self.mixture(k, &bsdf);
+            if !self.bsdfs.diffuse().are()[k] {
                 let (value, density) = mixture.eval_pdf(&surfaces.get(k), surfaces.wo_local(k), wi.get(k));
                 f.set(k, value);
                 pdf[k] = density;

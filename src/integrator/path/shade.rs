@@ -61,8 +61,9 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     fn meet(&mut self, depth: u32, packet: &mut Packet<'a>) {
         let PathIntegrator { scene, settings, features, .. } = *self.integrator;
         let (first, rays) = (packet.ray(0), &self.batch.wave.rays);
-        let (rows, left) = (rays.rows(first), rays.len() - first);
-        let mut met = mask(|k| (k < left) & (rows.geometry[k] != NOTHING));
+        let (rows, left) = (rays.rows(first), (rays.len() - first) as u32);
+        let present = mask(|k| (k as u32) < left);
+        let mut met = mask(|k| present[k] & (rows.geometry[k] != NOTHING));
         // at a path's end only emission counts
         if depth >= settings.max_depth && !(depth == 1 && features) {
             for k in each(&met.clone()) {
@@ -71,11 +72,12 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         }
         packet.surfaces.begin(&rows, met);
         for k in each(&met) {
-            if let Some(hit) = rays.hit(first + k) {
-                scene.meet(k, hit, &mut packet.surfaces);
+            match rows.instance[k] {
+                NOTHING => scene.meet(k, rows.geometry[k], rows.primitive[k], &mut packet.surfaces),
+                _ => _ = rays.hit(first + k).map(|hit| scene.meet_instance(k, hit, &mut packet.surfaces)),
             }
         }
-        for k in each(&mask(|k| (k < left) & !met[k])) {
+        for k in each(&mask(|k| present[k] & !met[k])) {
             self.leave(first + k, depth);
         }
         packet.surfaces.resolve();
@@ -104,7 +106,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             self.keep_features(packet, k, &bsdf);
         }
         if depth < settings.max_depth {
-            packet.scatter(k, bsdf);
+            packet.bsdfs.set(k, &bsdf);
         }
     }
 
@@ -118,6 +120,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         le
     }
 
+    #[inline(never)]
     fn keep_features(&mut self, packet: &Packet, k: usize, bsdf: &Bsdf) {
         let (i, surfaces) = (packet.ray(k), &packet.surfaces);
         let (albedo, normal) = (bsdf.albedo(surfaces.wo_local(k)), surfaces.facing_normal(k));
@@ -154,7 +157,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     /// Whether paths go on, and each as how many.
     #[inline(always)]
     fn survive(&self, packet: &mut Packet<'a>, depth: u32) -> Survival {
-        let (mut albedo, scatters) = (Vec3Lanes::ZERO, *packet.scatters());
+        let (mut albedo, scatters) = (Vec3Lanes::ZERO, *packet.bsdfs.are());
         packet.albedo(&mut albedo);
         let before = &self.batch.wave.paths.packet(packet.ray(0)).analog;
         let mut s = Survival::default();
@@ -173,8 +176,10 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     }
 
     /// Draws the directions in which the path goes on from vertex `k` by itself.
+    #[inline(never)]
     fn draw(&mut self, packet: &Packet<'a>, k: usize, survival: &Survival) {
-        let Some(mixture) = packet.mixture(k) else { return };
+        let Some(bsdf) = packet.bsdfs.get(k) else { return };
+        let mixture = packet.mixture(k, &bsdf);
         let (si, wo, mut rng) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), packet.rng.get(k));
         let (paths, analog, i) = (survival.paths[k], survival.analog[k], packet.ray(k));
         for split in 0..survival.count[k] {

@@ -1,0 +1,63 @@
+//! The BSDFs of a packet.
+
+use super::{Bsdf, BsdfModel, DiffuseLanes};
+use crate::math::lanes::{LANES, Mask, Vec3Lanes};
+
+/// BSDFs side by side, part by part: what is stored in pieces and loaded in one waits for the stores.
+pub struct BsdfLanes<'s> {
+    are: Mask,
+    model: [Option<&'s BsdfModel>; LANES],
+    colors: [Vec3Lanes; 2],
+    diffuse: DiffuseLanes,
+}
+
+impl<'s> BsdfLanes<'s> {
+    pub fn new() -> BsdfLanes<'s> {
+        BsdfLanes {
+            are: [false; LANES],
+            model: [None; LANES],
+            colors: [Vec3Lanes::ZERO; 2],
+            diffuse: DiffuseLanes::new(),
+        }
+    }
+
+    /// Forgets all.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.are = [false; LANES];
+        self.diffuse.clear();
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, k: usize, bsdf: &Bsdf<'s>) {
+        (self.are[k], self.model[k]) = (true, Some(bsdf.model));
+        self.colors[0].set(k, bsdf.colors[0]);
+        self.colors[1].set(k, bsdf.colors[1]);
+        self.diffuse.set(k, bsdf);
+    }
+
+    /// What was set since all was forgotten.
+    #[inline(always)]
+    pub fn get(&self, k: usize) -> Option<Bsdf<'s>> {
+        let model = self.model[k].filter(|_| self.are[k])?;
+        Some(Bsdf { model, colors: [self.colors[0].get(k), self.colors[1].get(k)] })
+    }
+
+    /// Where something was set.
+    #[inline(always)]
+    pub fn are(&self) -> &Mask {
+        &self.are
+    }
+
+    /// Those that are Lambertian.
+    #[inline(always)]
+    pub fn diffuse(&self) -> &DiffuseLanes {
+        &self.diffuse
+    }
+}
+
+impl Default for BsdfLanes<'_> {
+    fn default() -> Self {
+        BsdfLanes::new()
+    }
+}
