@@ -1,6 +1,7 @@
 //! Which light is sampled. This is the one place that a choice which knows the lit point (a light hierarchy) replaces.
 
 use crate::math::alias::AliasTable;
+use crate::math::lanes::LANES;
 
 /// Chooses a light with probability proportional to its power.
 #[derive(Clone, Debug)]
@@ -19,6 +20,12 @@ impl PowerChoice {
     #[inline]
     pub fn choose(&self, u: f64) -> Option<(usize, f64)> {
         self.table.as_ref().map(|table| table.sample_wide(u))
+    }
+
+    /// The same for a packet; `None` where there is no light.
+    #[inline(always)]
+    pub fn choose_lanes(&self, u: &[f64; LANES]) -> Option<([u32; LANES], [f64; LANES])> {
+        self.table.as_ref().map(|table| table.sample_lanes(u))
     }
 
     /// Probability of a light.

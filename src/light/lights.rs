@@ -3,6 +3,7 @@
 use super::choice::PowerChoice;
 use super::triangle::{AreaLight, EmissiveTriangle, View};
 use super::{Light, LightSample, wide_luminance};
+use crate::math::lanes::LANES;
 use crate::math::{Rgb, warp};
 use crate::{Error, Result};
 use glam::Vec3;
@@ -73,10 +74,10 @@ impl Lights {
         }
     }
 
-    /// A light and what is left of `u_choice`.
-    #[inline]
-    pub(super) fn choose(&self, u_choice: f64) -> Option<(usize, f64)> {
-        self.choice.choose(u_choice)
+    /// Lights for a packet, and what is left of each `u_choice`; `None` where there is no light.
+    #[inline(always)]
+    pub(super) fn choose(&self, u_choice: &[f64; LANES]) -> Option<([u32; LANES], [f64; LANES])> {
+        self.choice.choose_lanes(u_choice)
     }
 
     /// Probability that the light `index` is chosen.

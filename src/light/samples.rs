@@ -6,7 +6,6 @@ use super::{LightSample, SHADOW_END};
 use crate::geometry::Surfaces;
 use crate::math::Rgb;
 use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each};
-use glam::Vec3;
 
 /// Up to [`LANES`] draws from [`Lights`]: what [`Lights::sample`] gives one by one, to the last bit.
 pub struct LightSamples {
@@ -69,20 +68,28 @@ impl LightSamples {
         (self.surface, self.others) = ([false; LANES], [false; LANES]);
     }
 
-    /// Chooses the light of lane `k`, as [`Lights::sample`] with the same numbers.
+    /// Chooses lights for the lanes of `lit`, as [`Lights::sample`] with the same places and numbers.
     #[inline(always)]
-    pub fn choose(&mut self, k: usize, lights: &Lights, p: Vec3, u_choice: f64, u: [f32; 2]) {
+    pub fn choose(&mut self, lit: &Mask, lights: &Lights, p: &Vec3Lanes, u_choice: &[f64; LANES], u: &[Lanes; 2]) {
         let Some((index, rest)) = lights.choose(u_choice) else { return };
-        let Some(light) = lights.triangle(index) else {
-            self.others[k] = true;
-            self.chosen.other[k] = lights.sample_other(index, rest, p, u);
-            return;
-        };
-        self.surface[k] = true;
-        self.delta[k] = false;
+        for k in each(lit) {
+            let index = index[k] as usize;
+            match lights.triangle(index) {
+                Some(light) => self.choose_triangle(k, light, lights.pmf(index)),
+                None => {
+                    self.others[k] = true;
+                    self.chosen.other[k] = lights.sample_other(index, rest[k], p.get(k), [u[0][k], u[1][k]]);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn choose_triangle(&mut self, k: usize, light: &AreaLight, pmf: f32) {
+        (self.surface[k], self.delta[k]) = (true, false);
         self.radiance.set(k, light.radiance);
         let chosen = &mut self.chosen;
-        chosen.pmf[k] = lights.pmf(index);
+        chosen.pmf[k] = pmf;
         chosen.origin.set(k, light.origin);
         chosen.edges[0].set(k, light.edges[0]);
         chosen.edges[1].set(k, light.edges[1]);

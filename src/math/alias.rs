@@ -1,5 +1,7 @@
 //! Discrete distributions.
 
+use super::lanes::LANES;
+
 /// Draws index `i` with probability `w[i]/Σw` in O(1) (Walker's alias method, Vose's construction 1991).
 #[derive(Clone, Debug)]
 pub struct AliasTable {
@@ -68,10 +70,33 @@ impl AliasTable {
         let i = (scaled as usize).min(self.bins.len() - 1);
         let rest = (scaled - i as f64).clamp(0.0, super::ONE_MINUS_EPSILON_F64);
         let (keep, alias) = (self.bins[i].keep as f64, self.bins[i].alias);
-        // a choice of numbers and one division, where a jump would be a guess
-        let own = rest < keep;
-        let (index, rest) = (if own { i } else { alias as usize }, if own { rest } else { rest - keep });
-        (index, (rest / if own { keep } else { 1.0 - keep }).min(super::ONE_MINUS_EPSILON_F64))
+        let (index, rest) = if rest < keep { (i, rest / keep) } else { (alias as usize, (rest - keep) / (1.0 - keep)) };
+        (index, rest.min(super::ONE_MINUS_EPSILON_F64))
+    }
+
+    /// [`Self::sample_wide`] for a packet, to the last bit; without jumps, each of which would be a guess.
+    #[inline(always)]
+    pub fn sample_lanes(&self, u: &[f64; LANES]) -> ([u32; LANES], [f64; LANES]) {
+        let (bins, last) = (self.bins.len() as f64, (self.bins.len() - 1) as u32);
+        let (mut bin, mut rest) = ([0; LANES], [0.0; LANES]);
+        for k in 0..LANES {
+            let scaled = u[k] * bins;
+            bin[k] = (scaled as u32).min(last);
+            rest[k] = (scaled - bin[k] as f64).clamp(0.0, super::ONE_MINUS_EPSILON_F64);
+        }
+        let (mut keep, mut alias) = ([0.0; LANES], [0; LANES]);
+        for k in 0..LANES {
+            let Bin { keep: share, alias: other } = self.bins[bin[k] as usize];
+            (keep[k], alias[k]) = (share, other);
+        }
+        for k in 0..LANES {
+            let keep = keep[k] as f64;
+            let own = rest[k] < keep;
+            bin[k] = if own { bin[k] } else { alias[k] };
+            let (left, of) = (if own { rest[k] } else { rest[k] - keep }, if own { keep } else { 1.0 - keep });
+            rest[k] = (left / of).min(super::ONE_MINUS_EPSILON_F64);
+        }
+        (bin, rest)
     }
 
     /// Probability of index `i`.
@@ -89,7 +114,8 @@ impl AliasTable {
 
 #[cfg(test)]
 mod tests {
-    use super::AliasTable;
+    use super::*;
+    use crate::math::rng::Rng;
 
     #[test]
     fn wide_numbers_draw_rare_indices_at_their_rate() {
@@ -120,5 +146,22 @@ mod tests {
             assert!(counts[i] == 0.0 || (rests[i] / counts[i] - 0.5).abs() < 1e-4);
         }
         assert!(weights[table.sample_wide(crate::math::ONE_MINUS_EPSILON_F64).0] > 0.0);
+    }
+
+    #[test]
+    fn a_packet_draws_like_single_numbers() {
+        let mut rng = Rng::new(8);
+        for n in [1, 2, 7, 1000] {
+            let weights: Vec<f64> = (0..n).map(|i| if i % 3 == 1 { 0.0 } else { rng.f64() }).collect();
+            let table = AliasTable::new(&weights).unwrap();
+            for round in 0..50 {
+                let mut u = [0.0; LANES].map(|_: f64| rng.f64());
+                (u[0], u[1]) = (0.0, if round == 0 { crate::math::ONE_MINUS_EPSILON_F64 } else { u[1] });
+                let (index, rest) = table.sample_lanes(&u);
+                for k in 0..LANES {
+                    assert_eq!((index[k] as usize, rest[k]), table.sample_wide(u[k]), "{n} weights, {}", u[k]);
+                }
+            }
+        }
     }
 }

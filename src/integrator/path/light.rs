@@ -54,9 +54,7 @@ impl<P: Probe> Walk<'_, '_, P> {
         let u_choice = packet.rng.f64(&lit);
         let u = [packet.rng.f32(&lit), packet.rng.f32(&lit)];
         let Packet { surfaces, lights: drawn, .. } = packet;
-        for k in each(&lit) {
-            drawn.choose(k, lights, surfaces.p(k), u_choice[k], [u[0][k], u[1][k]]);
-        }
+        drawn.choose(&lit, lights, surfaces.places(), &u_choice, &u);
         drawn.resolve(surfaces.places(), &u);
     }
 

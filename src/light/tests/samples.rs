@@ -4,7 +4,7 @@ use super::lights::{ceiling, wall};
 use crate::geometry::surfaces::tests::{mesh, packet};
 use crate::light::{Light, LightSamples, Lights};
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Vec3Lanes};
+use crate::math::lanes::{LANES, Vec3Lanes, mask};
 use crate::math::rng::Rng;
 use glam::Vec3;
 
@@ -27,16 +27,16 @@ fn lights_of_a_packet_are_those_of_single_draws() {
         let mesh = mesh(&mut rng, true);
         let surfaces = packet(&mesh, &mut rng);
         let mut single = [None; LANES];
-        let mut u = [[0.0; LANES]; 2];
+        let (mut u, mut u_choice) = ([[0.0; LANES]; 2], [0.0; LANES]);
         drawn.clear();
         for (k, single) in single.iter_mut().enumerate() {
-            let u_choice = rng.f64();
+            u_choice[k] = rng.f64();
             [u[0][k], u[1][k]] = rng.f32x2();
             if k % 5 != 4 {
-                drawn.choose(k, &lights, surfaces.p(k), u_choice, [u[0][k], u[1][k]]);
-                *single = lights.sample(surfaces.p(k), u_choice, [u[0][k], u[1][k]]);
+                *single = lights.sample(surfaces.p(k), u_choice[k], [u[0][k], u[1][k]]);
             }
         }
+        drawn.choose(&mask(|k| k % 5 != 4), &lights, surfaces.places(), &u_choice, &u);
         drawn.resolve(surfaces.places(), &u);
         let (mut org, mut dir, mut tfar) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO, [0.0; LANES]);
         drawn.shadow_rays(&surfaces, &mut org, &mut dir, &mut tfar);
