@@ -121,7 +121,7 @@ impl BsdfModel {
     }
 
     #[inline(always)]
-    pub(super) fn is_diffuse(&self) -> bool {
+    pub fn is_diffuse(&self) -> bool {
         matches!(self.model, Model::Diffuse)
     }
 

@@ -16,6 +16,8 @@ pub struct Material {
     /// Constant colours; those of textures stand in `maps`, and here black.
     colors: [Rgb; 2],
     textured: bool,
+    /// Whether it is Lambertian and the same everywhere, as most of most scenes.
+    plain: bool,
     maps: [Option<TextureMap>; 2],
     opacity: Opacity,
     emission: Rgb,
@@ -54,16 +56,25 @@ impl Material {
             Some(ScalarTexture::Image(image)) => Opacity::Image(cache.resolve(image)?),
             Some(ScalarTexture::Luminance(image)) => Opacity::Luminance(cache.resolve(image)?),
         };
+        let (model, textured) =
+            (BsdfModel::new(&description.bsdf, description.two_sided, coats)?, maps.iter().any(Option::is_some));
         Ok(Material {
-            model: BsdfModel::new(&description.bsdf, description.two_sided, coats)?,
+            plain: model.is_diffuse() && !textured,
+            model,
             colors,
-            textured: maps.iter().any(Option::is_some),
+            textured,
             maps,
             opacity,
             emission: description.emission,
             emits: description.emission != Rgb::ZERO,
             emission_two_sided: description.emission_two_sided,
         })
+    }
+
+    /// The BSDF, where nothing has to be looked up or computed for it.
+    #[inline(always)]
+    pub fn plain(&self) -> Option<Bsdf<'_>> {
+        self.plain.then(|| self.model.at(self.colors))
     }
 
     /// The BSDF at the texture coordinates `uv`.

@@ -23,7 +23,8 @@ impl<P: Probe> Walk<'_, '_, P> {
         let lights = &packet.lights;
         if self.integrator.settings.mis {
             for k in 0..LANES {
-                weight[k] = if lights.delta[k] { 1.0 } else { power_heuristic(lights.pdf[k], pdf[k]) };
+                let found = power_heuristic(lights.pdf[k], pdf[k]);
+                weight[k] = if lights.delta[k] { 1.0 } else { found };
             }
         }
         let [mut local, mut brought] = [Vec3Lanes::ZERO; 2];

@@ -3,7 +3,6 @@
 use super::guided::edge;
 use super::packet::Packet;
 use super::{PathIntegrator, Probe, Stage, Walk};
-use crate::bsdf::Bsdf;
 use crate::embree::{NOTHING, Ray};
 use crate::film::tile::Features;
 use crate::geometry::SurfaceInteraction;
@@ -101,12 +100,15 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let (i, material) = (packet.ray(k), scene.material(packet.surfaces.material(k)));
         let le = if material.emits() { self.take_emission(i, &packet.surfaces.get(k)) } else { Rgb::ZERO };
         packet.kept[k] = self.log(i, depth, le);
-        let bsdf = scene.bsdf(material, packet.surfaces.uv(k));
         if depth == 1 && features {
-            self.keep_features(packet, k, &bsdf);
+            self.keep_features(packet, k);
         }
         if depth < settings.max_depth {
-            packet.bsdfs.set(k, &bsdf);
+            // two calls, so that what is plain is never put down in memory between
+            match material.plain() {
+                Some(bsdf) => packet.bsdfs.set(k, &bsdf),
+                None => packet.bsdfs.set(k, &scene.bsdf(material, packet.surfaces.uv(k))),
+            }
         }
     }
 
@@ -121,8 +123,9 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     }
 
     #[inline(never)]
-    fn keep_features(&mut self, packet: &Packet, k: usize, bsdf: &Bsdf) {
-        let (i, surfaces) = (packet.ray(k), &packet.surfaces);
+    fn keep_features(&mut self, packet: &Packet, k: usize) {
+        let (scene, i, surfaces) = (self.integrator.scene, packet.ray(k), &packet.surfaces);
+        let bsdf = scene.bsdf(scene.material(surfaces.material(k)), surfaces.uv(k));
         let (albedo, normal) = (bsdf.albedo(surfaces.wo_local(k)), surfaces.facing_normal(k));
         let depth = self.batch.wave.rays.ray(i).tfar;
         self.batch.features[self.batch.wave.paths.slot[i] as usize] = Features { albedo, normal, depth };
