@@ -190,6 +190,14 @@ impl<'a> Surfaces<'a> {
         if self.wo.get(k).dot(n) < 0.0 { -n } else { n }
     }
 
+    /// [`Self::facing_normal`] of all points.
+    #[inline(always)]
+    pub fn facing_normals(&self, normals: &mut Vec3Lanes) {
+        for k in 0..LANES {
+            normals.set(k, self.facing_normal(k));
+        }
+    }
+
     /// To where the ray came from, unit, in the shading frame.
     #[inline(always)]
     pub fn wo_local(&self, k: usize) -> Vec3 {

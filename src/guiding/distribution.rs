@@ -111,15 +111,6 @@ impl<'f> GuidingDistribution<'f> {
         GuidingDistribution { frame: WORLD, directions: Directions::Quadtree(quadtree) }
     }
 
-    /// The frame and the nodes of a tree, where it is one.
-    #[inline(always)]
-    pub(super) fn tree(&self) -> Option<(Frame, &'f [Node])> {
-        match self.directions {
-            Directions::Tree(nodes) => Some((self.frame, nodes)),
-            _ => None,
-        }
-    }
-
     /// A direction in world space and its density, that of `pdf` but where rounding takes it over the border of a cell.
     /// `u` chooses where to look, `inside` where within; in a quadtree `inside` is for both.
     #[inline(always)]

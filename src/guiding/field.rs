@@ -8,6 +8,7 @@ use super::sdtree::LeafInfo;
 use super::states::{StateKey, States};
 use super::strata::{Domain, Strata};
 use super::tree::{Node, Totals};
+use crate::math::lanes::{LANES, Vec3Lanes};
 use crate::math::rng::mix;
 use crate::scene::description::GuideSampling;
 use glam::Vec3;
@@ -224,6 +225,23 @@ impl TableField {
             Table::Strata(strata) => {
                 GuidingDistribution::on_sphere(n, strata, &self.spheres[range], self.usage.sampling)
             }
+        }
+    }
+
+    /// The same where it is a tree: the normal of its hemisphere, and its nodes.
+    #[inline(always)]
+    pub fn tree(&self, summary: &Summary, n: Vec3) -> Option<(Vec3, &[Node])> {
+        let range = summary.first as usize..(summary.first + summary.rows) as usize;
+        let normal = if summary.normal == Vec3::ZERO { n } else { summary.normal };
+        matches!(self.table, Table::Tree(_)).then(|| (normal, &self.nodes[range]))
+    }
+
+    /// The state of each point of a packet, where that is known side by side.
+    #[inline(always)]
+    pub fn keys(&self, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 2]) -> Option<[StateKey; LANES]> {
+        match &self.states {
+            States::Adaptive(adaptive) => Some(adaptive.keys(p, n, jitter)),
+            States::Grid(_) | States::Voronoi(_) => None,
         }
     }
 

@@ -1,10 +1,12 @@
 //! What the guide proposes at the vertices of a packet, side by side.
 
 use super::GuidingDistribution;
+use super::distribution::Directions;
 use super::tree::{self, Node};
 use crate::geometry::Frame;
 use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask};
 use crate::math::warp;
+use glam::Vec3;
 
 /// The trees of a packet: what [`GuidingDistribution`] gives one by one, to the last bit. A tree is walked vertex by vertex; what
 /// is arithmetic before and after is done for all.
@@ -26,15 +28,27 @@ impl<'f> GuideLanes<'f> {
         self.is = [false; LANES];
     }
 
-    /// Takes the distribution of vertex `k`, where it is a tree.
+    /// Takes the tree of vertex `k`, over the hemisphere of `normal`.
     #[inline(always)]
-    pub fn set(&mut self, k: usize, distribution: &GuidingDistribution<'f>) {
-        if let Some((frame, nodes)) = distribution.tree() {
-            (self.nodes[k], self.is[k]) = (nodes, true);
-            self.frame[0].set(k, frame.s);
-            self.frame[1].set(k, frame.t);
-            self.frame[2].set(k, frame.n);
+    pub fn set(&mut self, k: usize, normal: Vec3, nodes: &'f [Node]) {
+        (self.nodes[k], self.is[k]) = (nodes, true);
+        self.frame[2].set(k, normal);
+    }
+
+    /// Finds the frames of all that were taken.
+    #[inline(always)]
+    pub fn resolve(&mut self) {
+        for k in 0..LANES {
+            let Frame { s, t, n: _ } = Frame::from_normal(self.frame[2].get(k));
+            self.frame[0].set(k, s);
+            self.frame[1].set(k, t);
         }
+    }
+
+    /// What vertex `k` has by itself, where it has a tree.
+    #[inline(always)]
+    pub fn get(&self, k: usize) -> Option<GuidingDistribution<'f>> {
+        self.is[k].then(|| GuidingDistribution::new(self.frame[2].get(k), Directions::Tree(self.nodes[k])))
     }
 
     /// The vertices that have a tree.

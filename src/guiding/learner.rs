@@ -9,6 +9,7 @@ use crate::geometry::Frame;
 use crate::scene::description::{DirectionTable, GuidingSettings, Rate};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::sync::LazyLock;
 
 /// The directions of a state.
 #[derive(Clone, Debug)]
@@ -67,8 +68,19 @@ impl Table {
 const STEP: f32 = 0.01;
 const FADE_FIRST: f32 = 0.9;
 const FADE_SECOND: f32 = 0.999;
-/// Steps after which one less `FADE_FIRST` to their power is 1 to the last bit.
-const FIRST_FADED: u32 = 200;
+/// What running means hold of all that came, by the number of steps, until that is all to the last bit: powers take
+/// longer than the step itself.
+static FIRST_TAKEN: LazyLock<Vec<f32>> = LazyLock::new(|| taken(FADE_FIRST, 200));
+static SECOND_TAKEN: LazyLock<Vec<f32>> = LazyLock::new(|| taken(FADE_SECOND, 10_000));
+
+fn taken(fade: f32, steps: i32) -> Vec<f32> {
+    (0..=steps).map(|steps| 1.0 - fade.powi(steps)).collect()
+}
+
+#[inline]
+fn shares_taken(taken: &[f32], steps: u32) -> f32 {
+    taken[(steps as usize).min(taken.len() - 1)]
+}
 /// Pulls the fraction towards one half.
 const REGULARISATION: f32 = 0.01;
 /// Keeps the share between 0.05 and 0.95: the mixture stays defensive, and the guide in use.
@@ -301,9 +313,8 @@ impl Fraction {
         self.steps += 1;
         self.first = FADE_FIRST * self.first + (1.0 - FADE_FIRST) * gradient;
         self.second = FADE_SECOND * self.second + (1.0 - FADE_SECOND) * gradient * gradient;
-        let unbiased = |moment: f32, fade: f32| moment / (1.0 - fade.powi(self.steps.min(10_000) as i32));
-        let second = unbiased(self.second, FADE_SECOND).sqrt();
-        let first = if self.steps < FIRST_FADED { unbiased(self.first, FADE_FIRST) } else { self.first };
+        let second = (self.second / shares_taken(&SECOND_TAKEN, self.steps)).sqrt();
+        let first = self.first / shares_taken(&FIRST_TAKEN, self.steps);
         if second > 0.0 {
             let move_by = STEP * (first / second + REGULARISATION * self.logit);
             self.logit = (self.logit - move_by).clamp(-MAX_LOGIT, MAX_LOGIT);

@@ -35,8 +35,10 @@ pub use lanes::GuideLanes;
 pub use recorder::{Recorder, Transition};
 pub use states::StateKey;
 pub use survey::{Decade, Survey};
+pub use tree::Node;
 pub use view::StateView;
 
+use crate::math::lanes::{LANES, Vec3Lanes};
 use crate::scene::description::{GuidingMethod, GuidingSettings};
 use field::TableField;
 use glam::Vec3;
@@ -185,6 +187,16 @@ impl<'a> Field<'a> {
         }
     }
 
+    /// [`Self::place`] for all points of a packet, where that is done side by side; `None` where points are to be asked
+    /// for one by one.
+    #[inline(always)]
+    pub fn places(self, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 3]) -> Option<[StateKey; LANES]> {
+        match self {
+            Field::Tables(tables) => tables.keys(p, n, [jitter[0], jitter[1]]),
+            Field::Leaves(_) => None,
+        }
+    }
+
     /// What is known of a state, where that is enough.
     #[inline(always)]
     pub fn summary(self, key: StateKey) -> Option<&'a Summary> {
@@ -200,6 +212,15 @@ impl<'a> Field<'a> {
         match self {
             Field::Tables(tables) => tables.distribution(summary, n),
             Field::Leaves(leaves) => leaves.distribution(summary),
+        }
+    }
+
+    /// The same where it is a tree: the normal of its hemisphere, and its nodes.
+    #[inline(always)]
+    pub fn tree(self, summary: &Summary, n: Vec3) -> Option<(Vec3, &'a [Node])> {
+        match self {
+            Field::Tables(tables) => tables.tree(summary, n),
+            Field::Leaves(_) => None,
         }
     }
 

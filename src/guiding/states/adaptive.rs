@@ -1,6 +1,7 @@
 //! Cells that refine where it pays: the paper's future work 6.4.
 
 use super::{NORMAL_BITS, POSITION_BITS, StateKey, jittered, lay, normal_bin, pack};
+use crate::math::lanes::{LANES, Vec3Lanes};
 use glam::{UVec3, Vec3};
 
 /// A coarse grid, each cell of which is cut into 1, 2³, 4³ … equal parts. How often is one number per coarse cell, in a
@@ -47,11 +48,33 @@ impl Adaptive {
     pub fn key(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> StateKey {
         let p = (p - self.origin) * self.cells_per_unit;
         // moved by the extent of its own part of a cell, a point may come into a cell that is cut otherwise
-        let scale = (1u32 << self.levels[self.coarse(p)]) as f32;
-        let p = jittered(p * scale, n, jitter) / scale;
-        let level = self.levels[self.coarse(p)];
-        let cell = pack(p * (1u32 << level) as f32, normal_bin(n));
-        StateKey(cell | (level as u64) << LEVEL_SHIFT)
+        let p = moved(p, n, self.levels[self.coarse(p)], jitter);
+        part(p, n, self.levels[self.coarse(p)])
+    }
+
+    /// [`Self::key`] for a packet.
+    #[inline(never)]
+    pub fn keys(&self, points: &Vec3Lanes, normals: &Vec3Lanes, jitter: [f32; 2]) -> [StateKey; LANES] {
+        let (mut at, mut levels, mut p) = ([0; LANES], [0; LANES], Vec3Lanes::ZERO);
+        for k in 0..LANES {
+            p.set(k, (points.get(k) - self.origin) * self.cells_per_unit);
+            at[k] = self.coarse(p.get(k)) as u32;
+        }
+        for k in 0..LANES {
+            levels[k] = self.levels[at[k] as usize];
+        }
+        for k in 0..LANES {
+            p.set(k, moved(p.get(k), normals.get(k), levels[k], jitter));
+            at[k] = self.coarse(p.get(k)) as u32;
+        }
+        for k in 0..LANES {
+            levels[k] = self.levels[at[k] as usize];
+        }
+        let mut keys = [StateKey(0); LANES];
+        for k in 0..LANES {
+            keys[k] = part(p.get(k), normals.get(k), levels[k]);
+        }
+        keys
     }
 
     #[inline(always)]
@@ -107,6 +130,19 @@ impl Adaptive {
     pub fn bytes(&self) -> usize {
         self.levels.len()
     }
+}
+
+/// A point, in units of coarse cells, jittered by the extent of a part of a cell that was halved `level` times.
+#[inline(always)]
+fn moved(p: Vec3, n: Vec3, level: u8, jitter: [f32; 2]) -> Vec3 {
+    let scale = (1u32 << level) as f32;
+    jittered(p * scale, n, jitter) / scale
+}
+
+/// The part of a cell that was halved `level` times.
+#[inline(always)]
+fn part(p: Vec3, n: Vec3, level: u8) -> StateKey {
+    StateKey(pack(p * (1u32 << level) as f32, normal_bin(n)) | (level as u64) << LEVEL_SHIFT)
 }
 
 /// How often the coarse cell of a state was halved.

@@ -101,13 +101,27 @@ fn pack(cell: Vec3, bin: usize) -> u64 {
 #[inline(always)]
 pub(super) fn normal_bin(n: Vec3) -> usize {
     let a = n.abs();
-    let (face, major, x, y) = if a.x >= a.y && a.x >= a.z {
-        (if n.x < 0.0 { 1 } else { 0 }, a.x, n.y, n.z)
-    } else if a.y >= a.z {
-        (if n.y < 0.0 { 3 } else { 2 }, a.y, n.x, n.z)
-    } else {
-        (if n.z < 0.0 { 5 } else { 4 }, a.z, n.x, n.y)
+    // choices of single numbers, which run in vectors
+    let is_x = (a.x >= a.y) & (a.x >= a.z);
+    let is_z = !is_x & (a.y < a.z);
+    let along = |x: f32, y: f32, z: f32| {
+        if is_x {
+            x
+        } else if is_z {
+            z
+        } else {
+            y
+        }
     };
+    let axis = if is_x {
+        0
+    } else if is_z {
+        4
+    } else {
+        2
+    };
+    let face = axis + (along(n.x, n.y, n.z) < 0.0) as i32;
+    let (major, x, y) = (along(a.x, a.y, a.z), if is_x { n.y } else { n.x }, if is_z { n.y } else { n.z });
     let part = |v: f32| (((v / major + 1.0) * (0.5 * FACE as f32)) as i32).clamp(0, FACE - 1);
     ((face * FACE + part(x)) * FACE + part(y)) as usize
 }

@@ -1,6 +1,7 @@
 //! Which points share a state.
 
 use super::*;
+use crate::math::lanes::{LANES, Vec3Lanes};
 use crate::math::rng::Rng;
 use proptest::prelude::*;
 use std::collections::HashSet;
@@ -222,5 +223,25 @@ proptest! {
             prop_assert_eq!(key(p), key(farther));
             prop_assert_ne!(key(p), key(-p));
         }
+    }
+}
+
+#[test]
+fn a_packets_keys_are_those_of_its_points() {
+    let mut rng = Rng::new(12);
+    let mut adaptive = Adaptive::new(Vec3::ZERO, Vec3::new(3.0, 1.0, 2.0), 40, 4);
+    for _ in 0..200_000 {
+        adaptive.refine(rng.next_u32() as usize % adaptive.coarse_cells());
+    }
+    for round in 0..300 {
+        let (mut p, mut n) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO);
+        for k in 0..LANES {
+            // some of them outside
+            p.set(k, Vec3::new(rng.f32() * 4.0 - 0.5, rng.f32(), rng.f32() * 2.0));
+            n.set(k, if round == 0 { -Vec3::AXES[k % 3] } else { warp::square_to_uniform_sphere(rng.f32x2()) });
+        }
+        let jitter = rng.f32x2();
+        let keys = adaptive.keys(&p, &n, jitter);
+        assert!((0..LANES).all(|k| keys[k] == adaptive.key(p.get(k), n.get(k), jitter)));
     }
 }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::bsdf::{Bsdf, BsdfModel, CoatTables};
 use crate::geometry::surfaces::tests as surfaces;
-use crate::integrator::mixture::tests::learnt;
+use crate::integrator::mixture::{Mixture, tests::learnt};
 use crate::math::rng::{Rng, RngLanes};
 use crate::math::warp;
 use crate::scene::description::{BsdfDescription, ColorTexture, DirectionTable, MicrofacetDistribution};
@@ -37,10 +37,14 @@ fn fill<'a>(
             continue;
         }
         packet.bsdfs.set(k, if is_matte(k) { &matte } else { &metal });
-        if table(k).is_some() {
-            packet.lead(k, guide.field().distribution(summary, packet.surfaces.facing_normal(k)), 0.4);
+        let (field, normal) = (guide.field(), packet.surfaces.facing_normal(k));
+        match table(k) {
+            Some(DirectionTable::Tree) => packet.lead_by_tree(k, field.tree(summary, normal).unwrap(), 0.4),
+            Some(_) => packet.lead(k, field.distribution(summary, normal), 0.4),
+            None => {}
         }
     }
+    packet.trees_are_known();
 }
 
 #[test]
@@ -68,11 +72,13 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
         packet.albedo(&mut albedo);
         for k in 0..LANES {
             let Some(bsdf) = packet.bsdfs.get(k) else {
+                assert!(packet.with_mixture(k, |_| ()).is_none());
                 assert_eq!((packet.rng.get(k), proposals.goes[k]), (before.get(k), false), "nothing is drawn");
                 continue;
             };
-            let mixture = packet.mixture(k, &bsdf);
             let (si, wo, mut alone) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), before.get(k));
+            let guide = guides[k].0.field().distribution(&guides[k].1, packet.surfaces.facing_normal(k));
+            let mixture = Mixture::new(&bsdf, table(k).map(|_| &guide), 0.4);
             let (value, density) = mixture.eval_pdf(&si, wo, packet.lights.wi.get(k));
             assert!(f.get(k) == value && (value == Rgb::ZERO || pdf[k] == density), "towards a light");
             assert_eq!(albedo.get(k), bsdf.albedo(wo));

@@ -3,13 +3,14 @@
 use super::packet::Packet;
 use super::{GuideUse, Probe, Walk};
 use crate::bsdf::Bsdf;
-use crate::guiding::{GuidingDistribution, PackedDirection, StateKey, Summary};
+use crate::guiding::{PackedDirection, Place, StateKey, Summary};
 use crate::integrator::backup::{Edge, Expectation};
 use crate::integrator::mixture::{DirectionSample, Mixture};
 use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL};
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each};
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each, mask};
 use crate::math::{Rgb, luminance};
 use crate::scene::description::{GuideSampling, Roulette};
+use glam::Vec3;
 
 /// Splitting stops where a wave has this many times the paths of its batch.
 const MAX_WAVE: usize = 4;
@@ -28,63 +29,69 @@ pub(super) struct Guided<'a> {
 impl<'a, P: Probe> Walk<'a, '_, P> {
     /// Asks the guide about the vertices of a packet: first where all of them are in its memory, then what is there.
     pub(super) fn ask_the_guide(&mut self, guide: GuideUse<'a>, packet: &mut Packet<'a>, depth: u32) {
-        let mut known = [false; LANES];
-        let scatters = *packet.bsdfs.are();
-        for k in each(&scatters) {
-            let smooth = packet.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth());
-            packet.guided[k] = if smooth { self.state(guide, packet, k) } else { None };
-            known[k] = packet.guided[k].is_some_and(|guided| guided.summary.is_some());
+        let mut asked = *packet.bsdfs.diffuse().are();
+        for k in each(&mask(|k| packet.bsdfs.are()[k] & !asked[k])) {
+            asked[k] = packet.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth());
         }
-        for k in each(&known) {
-            let (Some(bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdfs.get(k), packet.guided[k])
-            else {
+        packet.guided = [None; LANES];
+        let mut normals = Vec3Lanes::ZERO;
+        packet.surfaces.facing_normals(&mut normals);
+        let keys = guide.field.places(packet.surfaces.places(), &normals, self.jitter);
+        let mut known = [false; LANES];
+        for k in each(&asked) {
+            self.counters.guide_queries += 1;
+            let (p, n) = (packet.surfaces.p(k), normals.get(k));
+            let place = match &keys {
+                Some(keys) => Some(Place { drawn: keys[k], recorded: keys[k] }),
+                None => guide.field.place(p, n, self.jitter),
+            };
+            let Some(place) = place else {
+                if self.learn {
+                    self.batch.points.push((p, n));
+                }
                 continue;
             };
-            self.expect(guide, summary, &bsdf, depth, packet.kept[k]);
-            if let Some(directions) = self.directions(guide, summary, packet, k, &bsdf) {
-                packet.lead(k, directions, summary.bsdf_fraction);
-            }
+            let summary = guide.field.summary(place.drawn);
+            known[k] = summary.is_some();
+            self.counters.guide_hits += known[k] as u64;
+            packet.guided[k] = Some(Guided { key: place.recorded, summary });
         }
+        for k in each(&known) {
+            self.take_directions(guide, packet, k, normals.get(k), depth);
+        }
+        packet.trees_are_known();
     }
 
-    /// The state in which the path is at vertex `k`.
-    #[inline]
-    fn state(&mut self, guide: GuideUse<'a>, packet: &Packet, k: usize) -> Option<Guided<'a>> {
-        self.counters.guide_queries += 1;
-        let (p, normal) = (packet.surfaces.p(k), packet.surfaces.facing_normal(k));
-        let Some(place) = guide.field.place(p, normal, self.jitter) else {
-            if self.learn {
-                self.batch.points.push((p, normal));
-            }
-            return None;
+    /// Takes the guide's directions at vertex `k`, where they can help.
+    #[inline(always)]
+    fn take_directions(&mut self, guide: GuideUse<'a>, packet: &mut Packet<'a>, k: usize, n: Vec3, depth: u32) {
+        let (Some(bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdfs.get(k), packet.guided[k]) else {
+            return;
         };
-        let summary = guide.field.summary(place.drawn);
-        self.counters.guide_hits += summary.is_some() as u64;
-        Some(Guided { key: place.recorded, summary })
+        self.expect(guide, summary, &bsdf, depth, packet.kept[k]);
+        if !Mixture::guides(&bsdf, self.product()) {
+            return;
+        }
+        let product = self.product() && bsdf.lambertian().is_none();
+        match guide.field.tree(summary, n).filter(|_| !product) {
+            Some(tree) => packet.lead_by_tree(k, tree, summary.bsdf_fraction),
+            None => self.take_others(guide, packet, k, n, product.then_some(&bsdf)),
+        }
     }
 
-    /// The guide's directions there, where they can help.
-    #[inline]
-    fn directions(
-        &self,
-        guide: GuideUse<'a>,
-        summary: &Summary,
-        packet: &Packet,
-        k: usize,
-        bsdf: &Bsdf,
-    ) -> Option<GuidingDistribution<'a>> {
-        if !Mixture::guides(bsdf, self.product()) {
-            return None;
+    /// The same where they are no tree, or its product with the BSDF.
+    #[inline(never)]
+    fn take_others(&self, guide: GuideUse<'a>, packet: &mut Packet<'a>, k: usize, n: Vec3, product: Option<&Bsdf>) {
+        let Some(summary) = packet.guided[k].and_then(|guided| guided.summary) else { return };
+        let mut directions = guide.field.distribution(summary, n);
+        if let Some(bsdf) = product {
+            let (frame, wo) = (packet.surfaces.get(k).frame, packet.surfaces.wo_local(k));
+            directions = directions.times(|w| {
+                let wi = frame.to_local(w);
+                luminance(bsdf.eval(wo, wi)) / wi.z.abs().max(MIN_COSINE)
+            });
         }
-        let distribution = guide.field.distribution(summary, packet.surfaces.facing_normal(k));
-        if !self.product() || bsdf.lambertian().is_some() {
-            return Some(distribution);
-        }
-        let (frame, wo) = (packet.surfaces.get(k).frame, packet.surfaces.wo_local(k));
-        Some(distribution.times(|w| {
-            let wi = frame.to_local(w);
-            luminance(bsdf.eval(wo, wi)) / wi.z.abs().max(MIN_COSINE)
-        }))
+        packet.lead(k, directions, summary.bsdf_fraction);
     }
 
     /// Keeps what the table expects of going on from a vertex that is kept for learning.

@@ -1,13 +1,14 @@
 //! A packet of vertices on its way through the steps of a wave.
 
 use super::guided::Guided;
-use crate::bsdf::{Bsdf, BsdfLanes};
+use crate::bsdf::BsdfLanes;
 use crate::geometry::Surfaces;
-use crate::guiding::{GuideLanes, GuidingDistribution};
+use crate::guiding::{GuideLanes, GuidingDistribution, Node};
 use crate::integrator::mixture::{Densities, Mixture};
 use crate::light::LightSamples;
 use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask};
 use crate::math::{Rgb, rng::RngLanes};
+use glam::Vec3;
 
 /// A packet of vertices. What one step hands on to the next lies side by side, so that each writes and reads no more
 /// than it needs.
@@ -20,11 +21,11 @@ pub(super) struct Packet<'a> {
     pub guided: [Option<Guided<'a>>; LANES],
     /// Where each vertex is kept for learning, by its place in its wave.
     pub kept: [u32; LANES],
-    /// Where the guide can help: its directions, and the share that the BSDF keeps.
+    /// Where the guide can help: its directions, where these are no tree, and the share that the BSDF keeps.
     led: Mask,
     directions: [Option<GuidingDistribution<'a>>; LANES],
     bsdf_fraction: Lanes,
-    /// Those of them that are trees.
+    /// Its trees.
     trees: GuideLanes<'a>,
     pub lights: LightSamples,
     pub rng: RngLanes,
@@ -88,10 +89,20 @@ impl<'a> Packet<'a> {
     }
 
     /// Takes the guide's directions at vertex `k` and the share that the BSDF keeps.
-    #[inline(always)]
     pub fn lead(&mut self, k: usize, directions: GuidingDistribution<'a>, bsdf_fraction: f32) {
-        self.trees.set(k, &directions);
         (self.led[k], self.directions[k], self.bsdf_fraction[k]) = (true, Some(directions), bsdf_fraction);
+    }
+
+    /// The same where they are a tree, over the hemisphere of `normal`. [`Self::trees_are_known`] is to follow.
+    #[inline(always)]
+    pub fn lead_by_tree(&mut self, k: usize, (normal, nodes): (Vec3, &'a [Node]), bsdf_fraction: f32) {
+        self.trees.set(k, normal, nodes);
+        (self.led[k], self.bsdf_fraction[k]) = (true, bsdf_fraction);
+    }
+
+    /// All trees were taken.
+    pub fn trees_are_known(&mut self) {
+        self.trees.resolve();
     }
 
     /// The share of the directions that the BSDF keeps, where a guide draws the others; 1 elsewhere.
@@ -104,11 +115,12 @@ impl<'a> Packet<'a> {
         &self.trees
     }
 
-    /// How directions are drawn at vertex `k`, which scatters by `bsdf`.
+    /// What `use_it` makes of the way in which directions are drawn at vertex `k`; `None` where the path ends.
     #[inline(always)]
-    pub fn mixture<'b>(&'b self, k: usize, bsdf: &'b Bsdf<'a>) -> Mixture<'b> {
-        let guide = self.directions[k].as_ref().filter(|_| self.led[k]);
-        Mixture::new(bsdf, guide, self.bsdf_fraction[k])
+    pub fn with_mixture<R>(&self, k: usize, use_it: impl FnOnce(&Mixture) -> R) -> Option<R> {
+        let (bsdf, tree) = (self.bsdfs.get(k)?, self.trees.get(k));
+        let guide = tree.as_ref().or(self.directions[k].as_ref()).filter(|_| self.led[k]);
+        Some(use_it(&Mixture::new(&bsdf, guide, self.bsdf_fraction[k])))
     }
 
     /// Where directions are drawn by Lambert's law, alone or with a tree: both are known side by side.
@@ -134,14 +146,10 @@ impl<'a> Packet<'a> {
         }
         let (drawn, wide) = (&self.lights.pdf, self.wide());
         for k in each(&mask(|k| (drawn[k] > 0.0) & !wide[k])) {
-            let Some(bsdf) = self.bsdfs.get(k) else { continue };
-            let mixture = self.mixture(k, &bsdf);
-            if !self.bsdfs.diffuse().are()[k] {
-                let (value, density) = mixture.eval_pdf(&surfaces.get(k), surfaces.wo_local(k), wi.get(k));
+            let (si, wo, wi) = (surfaces.get(k), surfaces.wo_local(k), wi.get(k));
+            if let Some((value, density)) = self.with_mixture(k, |mixture| mixture.eval_pdf(&si, wo, wi)) {
                 f.set(k, value);
                 pdf[k] = density;
-            } else if f.get(k) != Rgb::ZERO {
-                pdf[k] = mixture.density(pdf[k], wi.get(k));
             }
         }
     }

@@ -8,7 +8,7 @@ use crate::film::tile::Features;
 use crate::geometry::SurfaceInteraction;
 use crate::integrator::backup::Arrival;
 use crate::integrator::batch::PathState;
-use crate::integrator::mixture::DirectionSample;
+use crate::integrator::mixture::{DirectionSample, Mixture};
 use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each, mask};
 use crate::math::{Rgb, luminance, rng::Rng};
 use glam::Vec3;
@@ -181,8 +181,11 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     /// Draws the directions in which the path goes on from vertex `k` by itself.
     #[inline(never)]
     fn draw(&mut self, packet: &Packet<'a>, k: usize, survival: &Survival) {
-        let Some(bsdf) = packet.bsdfs.get(k) else { return };
-        let mixture = packet.mixture(k, &bsdf);
+        packet.with_mixture(k, |mixture| self.draw_from(mixture, packet, k, survival));
+    }
+
+    #[inline(always)]
+    fn draw_from(&mut self, mixture: &Mixture, packet: &Packet<'a>, k: usize, survival: &Survival) {
         let (si, wo, mut rng) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), packet.rng.get(k));
         let (paths, analog, i) = (survival.paths[k], survival.analog[k], packet.ray(k));
         for split in 0..survival.count[k] {
