@@ -1,5 +1,6 @@
 //! Unit vectors in 32 bits, so that a transition stays small.
 
+use crate::math::lanes::{LANES, Vec3Lanes};
 use glam::{Vec2, Vec3};
 
 /// A unit vector by the octahedral map (Cigolle et al. 2014, "A Survey of Efficient Representations for Independent
@@ -10,12 +11,26 @@ pub struct PackedDirection(u32);
 const STEPS: f32 = u16::MAX as f32;
 
 impl PackedDirection {
-    #[inline]
+    #[inline(always)]
     pub fn new(w: Vec3) -> PackedDirection {
-        let p = w.truncate() / (w.x.abs() + w.y.abs() + w.z.abs());
-        let p = if w.z < 0.0 { fold(p) } else { p };
-        let quantised = ((p * 0.5 + 0.5) * STEPS).round();
-        PackedDirection(quantised.x as u32 | (quantised.y as u32) << 16)
+        let scale = w.x.abs() + w.y.abs() + w.z.abs();
+        let p = Vec2::new(w.x / scale, w.y / scale);
+        let (folded, below) = (fold(p), w.z < 0.0);
+        let quantised = |flat: f32, folded: f32| {
+            let coordinate = if below { folded } else { flat };
+            ((coordinate * 0.5 + 0.5) * STEPS).round() as u32
+        };
+        PackedDirection(quantised(p.x, folded.x) | quantised(p.y, folded.y) << 16)
+    }
+
+    /// The same for a packet.
+    #[inline(never)]
+    pub fn of_lanes(w: &Vec3Lanes) -> [PackedDirection; LANES] {
+        let mut packed = [PackedDirection(0); LANES];
+        for k in 0..LANES {
+            packed[k] = PackedDirection::new(w.get(k));
+        }
+        packed
     }
 
     #[inline]
@@ -28,7 +43,7 @@ impl PackedDirection {
 }
 
 /// The lower half of the octahedron folds over the edges of the upper.
-#[inline]
+#[inline(always)]
 fn fold(p: Vec2) -> Vec2 {
     Vec2::new((1.0 - p.y.abs()).copysign(p.x), (1.0 - p.x.abs()).copysign(p.y))
 }
@@ -46,6 +61,9 @@ mod tests {
         for w in axes.chain(random) {
             let back = PackedDirection::new(w).unpack();
             assert!((back - w).length() < 1e-4, "{w} became {back}");
+            let mut lanes = Vec3Lanes::ZERO;
+            lanes.set(3, w);
+            assert_eq!(PackedDirection::of_lanes(&lanes)[3], PackedDirection::new(w));
         }
     }
 }

@@ -156,13 +156,20 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 }
 
 /// What is to be learnt of a direction. The weight is that of the draw, before roulette and splitting.
-#[inline]
-pub(super) fn edge(packet: &Packet, k: usize, next: &DirectionSample, albedo: f32) -> Option<Edge> {
+/// `wi` and the normal come packed.
+#[inline(always)]
+pub(super) fn edge(
+    packet: &Packet,
+    k: usize,
+    next: &DirectionSample,
+    [wi, normal]: [PackedDirection; 2],
+    albedo: f32,
+) -> Option<Edge> {
     let (guided, pdf) = (packet.guided[k]?, next.pdf?);
     Some(Edge {
         key: guided.key,
-        wi: PackedDirection::new(next.wi),
-        normal: PackedDirection::new(packet.surfaces.facing_normal(k)),
+        wi,
+        normal,
         pdf: pdf.mixture,
         bsdf_pdf: pdf.bsdf,
         guide_pdf: pdf.guide,

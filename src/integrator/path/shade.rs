@@ -6,6 +6,7 @@ use super::{PathIntegrator, Probe, Stage, Walk};
 use crate::embree::{NOTHING, Ray};
 use crate::film::tile::Features;
 use crate::geometry::SurfaceInteraction;
+use crate::guiding::PackedDirection;
 use crate::integrator::backup::Arrival;
 use crate::integrator::batch::PathState;
 use crate::integrator::mixture::{DirectionSample, Mixture};
@@ -143,13 +144,15 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             weight.set(k, proposals.weight.get(k) / survival.paths[k]);
             throughput.set(k, before.get(k) * weight.get(k));
         }
+        let [wi, normals] = self.packed(packet, &proposals.dir);
         for k in each(&mask(|k| proposals.goes[k] | ((survival.count[k] > 0) & !wide[k]))) {
             if !wide[k] {
                 self.draw(packet, k, &survival);
                 continue;
             }
             if self.learn {
-                self.keep_arrival(packet, k, weight.get(k), &proposals.get(k), survival.albedo[k]);
+                let packed = [wi[k], normals[k]];
+                self.keep_arrival(packet, k, weight.get(k), &proposals.get(k), packed, survival.albedo[k]);
             }
             let (rng, analog) = (packet.rng.get(k), survival.analog[k]);
             let state = PathState { throughput: throughput.get(k), rng, pdf: proposals.mixture[k], analog };
@@ -193,7 +196,8 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             let Some(next) = mixture.sample(&si, wo, &mut rng) else { continue };
             let weight = next.weight / paths;
             if self.learn {
-                self.keep_arrival(packet, k, weight, &next, survival.albedo[k]);
+                let packed = [next.wi, packet.surfaces.facing_normal(k)].map(PackedDirection::new);
+                self.keep_arrival(packet, k, weight, &next, packed, survival.albedo[k]);
             }
             let throughput = self.batch.wave.paths.throughput(i) * weight;
             let pdf = next.pdf.map_or(f32::INFINITY, |pdf| pdf.mixture);
@@ -201,10 +205,29 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         }
     }
 
+    /// Directions and the normals on the side of the path, packed, where something is learnt of them.
+    #[inline(always)]
+    fn packed(&self, packet: &Packet, dir: &Vec3Lanes) -> [[PackedDirection; LANES]; 2] {
+        if !self.learn {
+            return Default::default();
+        }
+        let mut normals = Vec3Lanes::ZERO;
+        packet.surfaces.facing_normals(&mut normals);
+        [PackedDirection::of_lanes(dir), PackedDirection::of_lanes(&normals)]
+    }
+
     /// Keeps how the path comes to its next vertex, with the weight of this branch of it.
     #[inline(always)]
-    fn keep_arrival(&mut self, packet: &Packet, k: usize, weight: Rgb, next: &DirectionSample, albedo: f32) {
-        let edge = edge(packet, k, next, albedo);
+    fn keep_arrival(
+        &mut self,
+        packet: &Packet,
+        k: usize,
+        weight: Rgb,
+        next: &DirectionSample,
+        packed: [PackedDirection; 2],
+        albedo: f32,
+    ) {
+        let edge = edge(packet, k, next, packed, albedo);
         self.batch.next.paths.arrival.push(Arrival { parent: packet.kept[k], weight, edge });
     }
 
