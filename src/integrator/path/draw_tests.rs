@@ -44,7 +44,7 @@ fn fill<'a>(
             None => {}
         }
     }
-    packet.trees_are_known();
+    packet.resolve_trees();
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::guiding::{PackedDirection, Place, StateKey, Summary};
 use crate::integrator::backup::{Edge, Expectation};
 use crate::integrator::mixture::{DirectionSample, Mixture};
 use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL};
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each, mask};
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each};
 use crate::math::{Rgb, luminance};
 use crate::scene::description::{GuideSampling, Roulette};
 use glam::Vec3;
@@ -29,16 +29,12 @@ pub(super) struct Guided<'a> {
 impl<'a, P: Probe> Walk<'a, '_, P> {
     /// Asks the guide about the vertices of a packet: first where all of them are in its memory, then what is there.
     pub(super) fn ask_the_guide(&mut self, guide: GuideUse<'a>, packet: &mut Packet<'a>, depth: u32) {
-        let mut asked = *packet.bsdfs.diffuse().are();
-        for k in each(&mask(|k| packet.bsdfs.are()[k] & !asked[k])) {
-            asked[k] = packet.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth());
-        }
         packet.guided = [None; LANES];
         let mut normals = Vec3Lanes::ZERO;
         packet.surfaces.facing_normals(&mut normals);
         let keys = guide.field.places(packet.surfaces.places(), &normals, self.jitter);
         let mut known = [false; LANES];
-        for k in each(&asked) {
+        for k in each(&packet.smooth()) {
             self.counters.guide_queries += 1;
             let (p, n) = (packet.surfaces.p(k), normals.get(k));
             let place = match &keys {
@@ -59,7 +55,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         for k in each(&known) {
             self.take_directions(guide, packet, k, normals.get(k), depth);
         }
-        packet.trees_are_known();
+        packet.resolve_trees();
     }
 
     /// Takes the guide's directions at vertex `k`, where they can help.

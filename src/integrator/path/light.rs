@@ -48,10 +48,7 @@ impl<P: Probe> Walk<'_, '_, P> {
 
     fn draw_lights(&self, packet: &mut Packet) {
         let lights = self.integrator.scene.lights();
-        let mut lit = *packet.bsdfs.diffuse().are();
-        for k in each(&mask(|k| packet.bsdfs.are()[k] & !lit[k])) {
-            lit[k] = packet.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth());
-        }
+        let lit = packet.smooth();
         let u_choice = packet.rng.f64(&lit);
         let u = [packet.rng.f32(&lit), packet.rng.f32(&lit)];
         let Packet { surfaces, lights: drawn, .. } = packet;

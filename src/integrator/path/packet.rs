@@ -82,6 +82,16 @@ impl<'a> Packet<'a> {
         }
     }
 
+    /// Where surfaces have smooth lobes: only there can next-event estimation or a guide help.
+    #[inline(always)]
+    pub fn smooth(&self) -> Mask {
+        let (scatters, mut smooth) = (self.bsdfs.are(), *self.bsdfs.diffuse().are());
+        for k in each(&mask(|k| scatters[k] & !smooth[k])) {
+            smooth[k] = self.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth());
+        }
+        smooth
+    }
+
     /// Whether a guide can help at vertex `k`, drawn from as it is.
     #[inline(always)]
     pub fn guides(&self, k: usize) -> bool {
@@ -93,7 +103,7 @@ impl<'a> Packet<'a> {
         (self.led[k], self.directions[k], self.bsdf_fraction[k]) = (true, Some(directions), bsdf_fraction);
     }
 
-    /// The same where they are a tree, over the hemisphere of `normal`. [`Self::trees_are_known`] is to follow.
+    /// The same where they are a tree, over the hemisphere of `normal`. [`Self::resolve_trees`] is to follow.
     #[inline(always)]
     pub fn lead_by_tree(&mut self, k: usize, (normal, nodes): (Vec3, &'a [Node]), bsdf_fraction: f32) {
         self.trees.set(k, normal, nodes);
@@ -101,7 +111,7 @@ impl<'a> Packet<'a> {
     }
 
     /// All trees were taken.
-    pub fn trees_are_known(&mut self) {
+    pub fn resolve_trees(&mut self) {
         self.trees.resolve();
     }
 
