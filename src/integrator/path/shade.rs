@@ -37,8 +37,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         self.meet(depth, packet);
 
         // Emission, weighted against the chance that next-event estimation had of drawing this direction.
-        let met = *packet.met();
-        for k in each(&met) {
+        for k in each(packet.met()) {
             self.arrive(packet, k, depth);
         }
 
@@ -66,7 +65,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let mut met = mask(|k| present[k] & (rows.geometry[k] != NOTHING));
         // at a path's end only emission counts
         if depth >= settings.max_depth && !(depth == 1 && features) {
-            for k in each(&met.clone()) {
+            for k in each(&met) {
                 met[k] = rays.hit(first + k).is_some_and(|hit| scene.emits(hit));
             }
         }
