@@ -71,7 +71,7 @@ impl Probe for Vec<RecordedWave> {
         let rays: Vec<Ray> = (0..cast.rays.len()).map(|i| cast.rays.ray(i)).collect();
         cast.rays.trace(scene, coherence);
         let found = (0..rays.len()).filter(|&i| cast.rays.hit(i).is_some()).count();
-        let (kind, slots) = (Kind::Closest, cast.slots.to_vec());
+        let (kind, slots) = (Kind::Closest, (0..rays.len()).map(cast.slots).collect());
         self.push(RecordedWave { kind, depth: cast.depth, coherence, rays, slots, found });
     }
 
@@ -79,7 +79,7 @@ impl Probe for Vec<RecordedWave> {
         let rays: Vec<Ray> = (0..cast.rays.len()).map(|i| cast.rays.ray(i)).collect();
         cast.rays.trace(scene, coherence);
         let found = (0..rays.len()).filter(|&i| cast.rays.occluded(i)).count();
-        let (kind, slots) = (Kind::Shadow, cast.slots.to_vec());
+        let (kind, slots) = (Kind::Shadow, (0..rays.len()).map(cast.slots).collect());
         self.push(RecordedWave { kind, depth: cast.depth, coherence, rays, slots, found });
     }
 }

@@ -52,28 +52,28 @@ pub struct DiffuseLanes {
 
 impl DiffuseLanes {
     pub fn new() -> DiffuseLanes {
-        DiffuseLanes { reflectance: Vec3Lanes::ZERO, turns: [false; LANES], is: [false; LANES] }
+        DiffuseLanes { reflectance: Vec3Lanes::ZERO, turns: Mask::NONE, is: Mask::NONE }
     }
 
     /// Forgets all.
     #[inline(always)]
     pub fn clear(&mut self) {
-        self.is = [false; LANES];
+        self.is = Mask::NONE;
     }
 
     /// Takes surface `k`, where it is Lambertian.
     #[inline(always)]
     pub fn set(&mut self, k: usize, bsdf: &Bsdf) {
         let diffuse = bsdf.diffuse();
-        self.is[k] = diffuse.is_some();
+        self.is.set(k, diffuse.is_some());
         self.reflectance.set(k, diffuse.map_or(Rgb::ZERO, |diffuse| diffuse.reflectance));
-        self.turns[k] = bsdf.turns();
+        self.turns.set(k, bsdf.turns());
     }
 
     /// Those that are Lambertian.
     #[inline(always)]
-    pub fn are(&self) -> &Mask {
-        &self.is
+    pub fn are(&self) -> Mask {
+        self.is
     }
 
     #[inline(always)]
@@ -81,10 +81,11 @@ impl DiffuseLanes {
         self.reflectance.get(k)
     }
 
-    /// Surface `k`, with the directions by which it is seen and lit, on the side from which it scatters.
+    /// Surface `k`, with the directions by which it is seen and lit, on the side from which it scatters: either, where it
+    /// `turns`.
     #[inline(always)]
-    fn turned(&self, k: usize, wo: Vec3, wi: Vec3) -> (Diffuse, Vec3, Vec3) {
-        let turned = self.turns[k] & (wo.z < 0.0);
+    fn turned(&self, turns: bool, k: usize, wo: Vec3, wi: Vec3) -> (Diffuse, Vec3, Vec3) {
+        let turned = turns & (wo.z < 0.0);
         let (wo, wi) = if turned { (mirrored(wo), mirrored(wi)) } else { (wo, wi) };
         (Diffuse { reflectance: self.reflectance.get(k) }, wo, wi)
     }
@@ -92,8 +93,9 @@ impl DiffuseLanes {
     /// As [`Bsdf::albedo`].
     #[inline(always)]
     pub fn albedo(&self, wo: &Vec3Lanes, albedo: &mut Vec3Lanes) {
+        let turns = self.turns.lanes();
         for k in 0..LANES {
-            let (diffuse, wo, _) = self.turned(k, wo.get(k), Vec3::Z);
+            let (diffuse, wo, _) = self.turned(turns.has(k), k, wo.get(k), Vec3::Z);
             albedo.set(k, diffuse.albedo(wo).clamp(Rgb::ZERO, Rgb::ONE));
         }
     }
@@ -101,8 +103,9 @@ impl DiffuseLanes {
     /// As [`Bsdf::eval_pdf`]; directions in the shading frames.
     #[inline(always)]
     pub fn eval_pdf(&self, wo: &Vec3Lanes, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+        let turns = self.turns.lanes();
         for k in 0..LANES {
-            let (diffuse, wo, wi) = self.turned(k, wo.get(k), wi.get(k));
+            let (diffuse, wo, wi) = self.turned(turns.has(k), k, wo.get(k), wi.get(k));
             let (value, density) = diffuse.eval_pdf(wo, wi);
             f.set(k, value);
             pdf[k] = density;
@@ -112,9 +115,10 @@ impl DiffuseLanes {
     /// As [`Bsdf::sample`] with the numbers `u`; the density is 0 where there is no sample. Its weight is the reflectance.
     #[inline(always)]
     pub fn sample(&self, wo: &Vec3Lanes, u: &[Lanes; 2], wi: &mut Vec3Lanes, pdf: &mut Lanes) {
+        let turns = self.turns.lanes();
         for k in 0..LANES {
             let above = square_to_cosine_hemisphere([u[0][k], u[1][k]]);
-            let (_, wo, turned) = self.turned(k, wo.get(k), above);
+            let (_, wo, turned) = self.turned(turns.has(k), k, wo.get(k), above);
             wi.set(k, turned);
             pdf[k] = if wo.z > 0.0 { square_to_cosine_hemisphere_pdf(above) } else { 0.0 };
         }

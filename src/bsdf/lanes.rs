@@ -14,7 +14,7 @@ pub struct BsdfLanes<'s> {
 impl<'s> BsdfLanes<'s> {
     pub fn new() -> BsdfLanes<'s> {
         BsdfLanes {
-            are: [false; LANES],
+            are: Mask::NONE,
             model: [None; LANES],
             colors: [Vec3Lanes::ZERO; 2],
             diffuse: DiffuseLanes::new(),
@@ -24,13 +24,14 @@ impl<'s> BsdfLanes<'s> {
     /// Forgets all.
     #[inline(always)]
     pub fn clear(&mut self) {
-        self.are = [false; LANES];
+        self.are = Mask::NONE;
         self.diffuse.clear();
     }
 
     #[inline(always)]
     pub fn set(&mut self, k: usize, bsdf: &Bsdf<'s>) {
-        (self.are[k], self.model[k]) = (true, Some(bsdf.model));
+        self.are.set(k, true);
+        self.model[k] = Some(bsdf.model);
         self.colors[0].set(k, bsdf.colors[0]);
         self.colors[1].set(k, bsdf.colors[1]);
         self.diffuse.set(k, bsdf);
@@ -39,14 +40,14 @@ impl<'s> BsdfLanes<'s> {
     /// What was set since all was forgotten.
     #[inline(always)]
     pub fn get(&self, k: usize) -> Option<Bsdf<'s>> {
-        let model = self.model[k].filter(|_| self.are[k])?;
+        let model = self.model[k].filter(|_| self.are.has(k))?;
         Some(Bsdf { model, colors: [self.colors[0].get(k), self.colors[1].get(k)] })
     }
 
     /// Where something was set.
     #[inline(always)]
-    pub fn are(&self) -> &Mask {
-        &self.are
+    pub fn are(&self) -> Mask {
+        self.are
     }
 
     /// Those that are Lambertian.

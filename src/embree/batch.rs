@@ -1,6 +1,7 @@
 //! Batches of rays, held in the very packets that Embree reads: nothing is transposed before a call.
 
-use super::packet::{Hit, HitPacket, HitRows, Packet16, Ray, Shadow16, ShadowPacket};
+use super::packet::{Hit, HitPacket, HitRows, Packet16, Ray, RayRows, Shadow16, ShadowPacket};
+use super::packing::Packing;
 use super::scene::{Coherence, Scene};
 
 /// Any number of rays that ask for their closest hit. Cleared and refilled wave by wave; memory is kept.
@@ -74,6 +75,13 @@ impl<P: HitPacket> HitBatch<P> {
 }
 
 impl HitBatch {
+    /// Adds the rays of a packet that `packing`, made for this length, has chosen.
+    #[inline(always)]
+    pub fn pack(&mut self, packing: &Packing, rays: &RayRows) {
+        Packet16::pack(packing.packets(&mut self.packets, Packet16::empty), packing, rays);
+        self.len += packing.count();
+    }
+
     /// What the packet met that begins with ray `first`, a multiple of 16.
     #[inline(always)]
     pub fn rows(&self, first: usize) -> HitRows<'_> {
@@ -137,5 +145,22 @@ impl<P: ShadowPacket> ShadowBatch<P> {
         for (k, packet) in self.packets[..self.len.div_ceil(P::WIDTH)].iter_mut().enumerate() {
             packet.trace(scene, P::WIDTH.min(self.len - k * P::WIDTH), coherence);
         }
+    }
+}
+
+impl ShadowBatch {
+    /// Adds the rays of a packet that `packing`, made for this length, has chosen.
+    #[inline(always)]
+    pub fn pack(&mut self, packing: &Packing, rays: &RayRows) {
+        Shadow16::pack(packing.packets(&mut self.packets, Shadow16::empty), packing, rays);
+        self.len += packing.count();
+    }
+
+    /// The rays from `first`, a multiple of 16, on that nothing lay on in the last [`ShadowBatch::trace`]: one bit for each
+    /// of 16.
+    #[inline(always)]
+    pub fn open(&self, first: usize) -> u16 {
+        debug_assert!(first < self.len && first.is_multiple_of(Shadow16::WIDTH));
+        self.packets[first / Shadow16::WIDTH].open(Shadow16::WIDTH.min(self.len - first))
     }
 }

@@ -9,7 +9,9 @@ mod batch;
 mod compat;
 mod device;
 mod geometry;
+pub mod instructions;
 mod packet;
+mod packing;
 mod scene;
 #[cfg(test)]
 mod tests;
@@ -24,5 +26,6 @@ mod sys {
 pub use batch::{HitBatch, ShadowBatch};
 pub use device::Device;
 pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest};
-pub use packet::{Hit, HitPacket, HitRows, NOTHING, Packet8, Packet16, Ray, Shadow8, Shadow16, ShadowPacket};
+pub use packet::{Hit, HitPacket, HitRows, NOTHING, Packet8, Packet16, Ray, RayRows, Shadow8, Shadow16, ShadowPacket};
+pub use packing::{Number, Packing};
 pub use scene::{Coherence, Scene, SceneBuilder};

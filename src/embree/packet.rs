@@ -1,6 +1,8 @@
 //! Rays, hits, and the packets in which Embree takes them.
 
 use super::compat::{self, Query};
+use super::instructions;
+use super::packing::Packing;
 use super::sys;
 use glam::Vec3;
 
@@ -26,6 +28,13 @@ pub struct HitRows<'a> {
     pub primitive: &'a [u32; 16],
     /// As [`Hit::instance`]; [`NOTHING`] where the mesh belongs to the scene itself.
     pub instance: &'a [u32; 16],
+}
+
+/// Rays of a packet, component by component.
+pub struct RayRows<'a> {
+    pub org: [&'a [f32; 16]; 3],
+    pub dir: [&'a [f32; 16]; 3],
+    pub tfar: &'a [f32; 16],
 }
 
 /// Where a ray met a triangle.
@@ -211,6 +220,16 @@ packets!(Packet8, Shadow8, 8, RTCRayHit8, RTCRay8, blank8, store8, load8, inters
 packets!(Packet16, Shadow16, 16, RTCRayHit16, RTCRay16, blank16, store16, load16, intersect16, occluded16);
 
 impl Packet16 {
+    /// Packs rays behind those that the first packet holds. What earlier waves have left there does not look like a hit.
+    #[inline(always)]
+    pub(super) fn pack([first, second]: [&mut Packet16; 2], packing: &Packing, rays: &RayRows) {
+        pack([&mut first.0.ray, &mut second.0.ray], packing, rays);
+        for packet in [first, second] {
+            packet.0.hit.geomID = [NOTHING; 16];
+            packet.0.hit.instID[0] = [NOTHING; 16];
+        }
+    }
+
     /// What [`HitPacket::hit`] and [`HitPacket::ray`] give lane by lane.
     #[inline(always)]
     pub(super) fn rows(&self) -> HitRows<'_> {
@@ -224,6 +243,35 @@ impl Packet16 {
             instance: &hit.instID[0],
         }
     }
+}
+
+impl Shadow16 {
+    /// Packs rays behind those that the first packet holds.
+    #[inline(always)]
+    pub(super) fn pack([first, second]: [&mut Shadow16; 2], packing: &Packing, rays: &RayRows) {
+        pack([&mut first.0, &mut second.0], packing, rays);
+    }
+
+    /// Which of the first `lanes` rays nothing lay on, one bit each.
+    #[inline(always)]
+    pub(super) fn open(&self, lanes: usize) -> u16 {
+        let mut open = [0; 16];
+        for lane in 0..16 {
+            open[lane] = if self.0.tfar[lane] != f32::NEG_INFINITY { u32::MAX } else { 0 };
+        }
+        instructions::bits(&open) & ((1u32 << lanes) - 1) as u16
+    }
+}
+
+#[inline(always)]
+fn pack([first, second]: [&mut sys::RTCRay16; 2], packing: &Packing, rays: &RayRows) {
+    packing.put(rays.org[0], [&mut first.org_x, &mut second.org_x]);
+    packing.put(rays.org[1], [&mut first.org_y, &mut second.org_y]);
+    packing.put(rays.org[2], [&mut first.org_z, &mut second.org_z]);
+    packing.put(rays.dir[0], [&mut first.dir_x, &mut second.dir_x]);
+    packing.put(rays.dir[1], [&mut first.dir_y, &mut second.dir_y]);
+    packing.put(rays.dir[2], [&mut first.dir_z, &mut second.dir_z]);
+    packing.put(rays.tfar, [&mut first.tfar, &mut second.tfar]);
 }
 
 /// Closest hit of a single ray.

@@ -34,7 +34,7 @@ pub struct Surfaces<'a> {
 impl<'a> Surfaces<'a> {
     pub fn new() -> Self {
         Surfaces {
-            met: [false; LANES],
+            met: Mask::NONE,
             unread: [None; LANES],
             primitive: [0; LANES],
             triangle: [[0; 3]; LANES],
@@ -69,8 +69,8 @@ impl<'a> Surfaces<'a> {
 
     /// The rays that met a surface.
     #[inline(always)]
-    pub fn met(&self) -> &Mask {
-        &self.met
+    pub fn met(&self) -> Mask {
+        self.met
     }
 
     /// Ray `k` met this triangle of `mesh`.
@@ -107,7 +107,7 @@ impl<'a> Surfaces<'a> {
     /// nothing below waits for anything but them.
     #[inline(always)]
     fn read(&mut self) {
-        for k in each(&self.met) {
+        for k in each(self.met) {
             let Some(mesh) = self.unread[k] else { continue };
             let (triangle, [a, b, c]) = (self.primitive[k] as usize, self.triangle[k]);
             self.corners[0].set(k, Vec3::from(mesh.positions[a as usize]));

@@ -23,14 +23,25 @@ impl PackedDirection {
         PackedDirection(quantised(p.x, folded.x) | quantised(p.y, folded.y) << 16)
     }
 
-    /// The same for a packet.
+    /// The [`Self::bits`] of a packet's directions.
     #[inline(never)]
-    pub fn of_lanes(w: &Vec3Lanes) -> [PackedDirection; LANES] {
-        let mut packed = [PackedDirection(0); LANES];
+    pub fn of_lanes(w: &Vec3Lanes) -> [u32; LANES] {
+        let mut packed = [0; LANES];
         for k in 0..LANES {
-            packed[k] = PackedDirection::new(w.get(k));
+            packed[k] = PackedDirection::new(w.get(k)).0;
         }
         packed
+    }
+
+    /// The 32 bits, for [`Self::from_bits`].
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    #[inline(always)]
+    pub fn from_bits(bits: u32) -> PackedDirection {
+        PackedDirection(bits)
     }
 
     #[inline]
@@ -63,7 +74,7 @@ mod tests {
             assert!((back - w).length() < 1e-4, "{w} became {back}");
             let mut lanes = Vec3Lanes::ZERO;
             lanes.set(3, w);
-            assert_eq!(PackedDirection::of_lanes(&lanes)[3], PackedDirection::new(w));
+            assert_eq!(PackedDirection::of_lanes(&lanes)[3], PackedDirection::new(w).bits());
         }
     }
 }

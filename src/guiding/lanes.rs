@@ -19,19 +19,20 @@ pub struct GuideLanes<'f> {
 
 impl<'f> GuideLanes<'f> {
     pub fn new() -> GuideLanes<'f> {
-        GuideLanes { nodes: [&[]; LANES], is: [false; LANES], frame: [Vec3Lanes::ZERO; 3] }
+        GuideLanes { nodes: [&[]; LANES], is: Mask::NONE, frame: [Vec3Lanes::ZERO; 3] }
     }
 
     /// Forgets all.
     #[inline(always)]
     pub fn clear(&mut self) {
-        self.is = [false; LANES];
+        self.is = Mask::NONE;
     }
 
     /// Takes the tree of vertex `k`, over the hemisphere of `normal`.
     #[inline(always)]
     pub fn set(&mut self, k: usize, normal: Vec3, nodes: &'f [Node]) {
-        (self.nodes[k], self.is[k]) = (nodes, true);
+        self.nodes[k] = nodes;
+        self.is.set(k, true);
         self.frame[2].set(k, normal);
     }
 
@@ -48,18 +49,18 @@ impl<'f> GuideLanes<'f> {
     /// What vertex `k` has by itself, where it has a tree.
     #[inline(always)]
     pub fn get(&self, k: usize) -> Option<GuidingDistribution<'f>> {
-        self.is[k].then(|| GuidingDistribution::new(self.frame[2].get(k), Directions::Tree(self.nodes[k])))
+        self.is.has(k).then(|| GuidingDistribution::new(self.frame[2].get(k), Directions::Tree(self.nodes[k])))
     }
 
     /// The vertices that have a tree.
     #[inline(always)]
-    pub fn are(&self) -> &Mask {
-        &self.is
+    pub fn are(&self) -> Mask {
+        self.is
     }
 
     #[inline(always)]
     pub fn any(&self) -> bool {
-        self.is != [false; LANES]
+        self.is.any()
     }
 
     /// As [`GuidingDistribution::pdf`]; 0 where there is no tree.
@@ -72,14 +73,14 @@ impl<'f> GuideLanes<'f> {
             (x[k], y[k], z[k]) = (square[0], square[1], local.z);
         }
         *pdf = [0.0; LANES];
-        for k in each(&mask(|k| self.is[k] & (z[k] >= 0.0))) {
+        for k in each(self.is & mask(|k| z[k] >= 0.0)) {
             pdf[k] = tree::density(self.nodes[k], [x[k], y[k]]);
         }
     }
 
     /// As [`GuidingDistribution::sample`] for the vertices that are to draw, which have trees; `w` of others is any direction.
     #[inline(never)]
-    pub fn sample(&self, draws: &Mask, u: &[f64; LANES], inside: &[Lanes; 2], w: &mut Vec3Lanes, pdf: &mut Lanes) {
+    pub fn sample(&self, draws: Mask, u: &[f64; LANES], inside: &[Lanes; 2], w: &mut Vec3Lanes, pdf: &mut Lanes) {
         let mut square = [[0.5; LANES]; 2];
         for k in each(draws) {
             let (cell, density) = tree::draw(self.nodes[k], u[k]);

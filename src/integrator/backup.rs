@@ -1,43 +1,34 @@
 //! From whole batches of paths back to what each vertex should learn.
 
-use crate::guiding::{PackedDirection, Recorder, StateKey, Transition};
+use super::arrivals::{Arrival, Arrivals, Edge};
+use crate::guiding::{Recorder, Transition};
 use crate::math::{Rgb, luminance};
 use crate::scene::description::LearningRule;
 
-/// How a path came to a vertex: the direction in which it left the last one, where something can be learnt there.
-#[derive(Clone, Copy, Debug)]
-pub struct Edge {
-    pub key: StateKey,
-    pub wi: PackedDirection,
-    /// Shading normal of the last vertex on the side of the path.
-    pub normal: PackedDirection,
-    /// Densities of `wi`: of the mixture, of the BSDF alone, of the guide alone (negative where it knew nothing).
-    pub pdf: f32,
-    pub bsdf_pdf: f32,
-    pub guide_pdf: f32,
-    /// Luminance of f·|cosθ| over that of the albedo.
-    pub scattered: f32,
+/// The vertices of a wave as the backward pass needs them, in the order of its rays.
+#[derive(Debug, Default)]
+pub(super) struct Vertices {
+    pub arrivals: Arrivals,
+    /// Radiance towards the path's last vertex that each accounts for itself: emission, weighted for next-event
+    /// estimation, and next-event estimation.
+    pub local: Vec<Rgb>,
+    /// What the frozen table expects of going on.
+    pub expected: Vec<Expectation>,
 }
 
-/// The way from one vertex to the next.
-#[derive(Clone, Copy, Debug)]
-pub struct Arrival {
-    /// The last vertex, by its place in its wave.
-    pub parent: u32,
-    /// f·|cosθ|/p of the direction, roulette and splitting included.
-    pub weight: Rgb,
-    pub edge: Option<Edge>,
-}
+impl Vertices {
+    /// Takes the arrivals of a wave, in exchange for memory.
+    pub fn begin(&mut self, arrivals: &mut Arrivals) {
+        std::mem::swap(&mut self.arrivals, arrivals);
+        self.local.clear();
+        self.local.resize(self.arrivals.len(), Rgb::ZERO);
+        self.expected.clear();
+        self.expected.resize(self.arrivals.len(), Expectation::NONE);
+    }
 
-/// A vertex as the backward pass needs it.
-#[derive(Clone, Copy, Debug)]
-pub struct Vertex {
-    pub arrival: Arrival,
-    /// Radiance towards the path's last vertex that this vertex accounts for itself: emission, weighted for
-    /// next-event estimation, and next-event estimation.
-    pub local: Rgb,
-    /// What the frozen table expects of going on; `None` where it cannot say.
-    pub expected: Option<Expectation>,
+    pub fn clear(&mut self) {
+        self.arrivals.clear();
+    }
 }
 
 /// ∫ Q f cosθ dω, or what the rule takes for it, and its share against what the path finds.
@@ -48,6 +39,9 @@ pub struct Expectation {
 }
 
 impl Expectation {
+    /// Where the table cannot say.
+    pub const NONE: Expectation = Expectation { radiance: Rgb::ZERO, share: 0.0 };
+
     /// `irradiance` and `peak` as in a guide's summary of a state with `visits`, `reflectance` that of a Lambertian
     /// surface.
     #[inline]
@@ -80,24 +74,22 @@ pub(super) struct Followed {
 ///
 /// Share 1 is the expected SARSA of Dahm & Keller (2017), 0 the Monte Carlo return. Where the table cannot say what
 /// to expect (a mirror, glass, a glossy surface, a state not met before), it is 0.
-pub(super) fn record(waves: &[Vec<Vertex>], buffers: &mut [Vec<Followed>; 2], recorder: &mut Recorder) {
+pub(super) fn record(waves: &[Vertices], buffers: &mut [Vec<Followed>; 2], recorder: &mut Recorder) {
     let [followed, before] = buffers;
     followed.clear();
     for (depth, wave) in waves.iter().enumerate().rev() {
         // the wave before has not been reached yet; the last wave has nothing behind it
-        followed.resize(wave.len(), Followed::default());
+        followed.resize(wave.arrivals.len(), Followed::default());
         before.clear();
-        before.resize(if depth == 0 { 0 } else { waves[depth - 1].len() }, Followed::default());
-        for (vertex, behind) in wave.iter().zip(followed.iter()) {
-            let arrived = vertex.local
-                + match vertex.expected {
-                    Some(e) => e.radiance * e.share + behind.radiance * (1.0 - e.share),
-                    None => behind.radiance,
-                };
+        before.resize(if depth == 0 { 0 } else { waves[depth - 1].arrivals.len() }, Followed::default());
+        for (i, behind) in followed.iter().enumerate() {
+            let (arrival, expected) = (wave.arrivals.get(i), wave.expected[i]);
+            let arrived =
+                wave.local[i] + (expected.radiance * expected.share + behind.radiance * (1.0 - expected.share));
             let rays = 1.0 + behind.rays;
-            push(recorder, &vertex.arrival, luminance(arrived), rays);
-            if let Some(parent) = before.get_mut(vertex.arrival.parent as usize) {
-                parent.radiance += vertex.arrival.weight * arrived;
+            push(recorder, &arrival, luminance(arrived), rays);
+            if let Some(parent) = before.get_mut(arrival.parent as usize) {
+                parent.radiance += arrival.weight * arrived;
                 parent.rays += rays;
             }
         }

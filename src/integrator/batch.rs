@@ -1,7 +1,8 @@
 //! The memory of a batch of paths, and what comes out of it.
 
-use super::backup::{Arrival, Followed, Vertex};
-use crate::embree::{HitBatch, ShadowBatch};
+use super::arrivals::Arrivals;
+use super::backup::{Followed, Vertices};
+use crate::embree::{HitBatch, Packing, ShadowBatch};
 use crate::film::tile::{Features, Tile, TileSamples};
 use crate::guiding::Recorder;
 use crate::math::Rgb;
@@ -28,11 +29,10 @@ impl Task {
 /// Paths under way, in the order of their rays, and as these in packets.
 #[derive(Default)]
 pub(super) struct Paths {
-    /// Place in the batch: which pixel and sample.
-    pub slot: Vec<u32>,
     packets: Vec<PathPacket>,
+    len: usize,
     /// How each path came here; kept where something is learnt.
-    pub arrival: Vec<Arrival>,
+    pub arrivals: Arrivals,
 }
 
 /// What a path carries from vertex to vertex.
@@ -48,7 +48,10 @@ pub(super) struct PathState {
 
 /// The same for a packet of paths, side by side.
 #[derive(Clone, Copy)]
+#[repr(align(64))]
 pub(super) struct PathPacket {
+    /// Place in the batch: which pixel and sample.
+    pub slot: [u32; LANES],
     pub throughput: Vec3Lanes,
     pub rng: RngLanes,
     pub pdf: Lanes,
@@ -57,25 +60,38 @@ pub(super) struct PathPacket {
 
 impl Paths {
     pub fn clear(&mut self) {
-        self.slot.clear();
-        self.arrival.clear();
+        self.len = 0;
+        self.arrivals.clear();
     }
 
     #[inline(always)]
     pub fn push(&mut self, slot: u32, state: PathState) {
-        let (packet, lane) = (self.slot.len() / LANES, self.slot.len() % LANES);
+        let (packet, lane) = (self.len / LANES, self.len % LANES);
         if packet == self.packets.len() {
             self.packets.push(PathPacket::EMPTY);
         }
-        self.packets[packet].set(lane, state);
-        self.slot.push(slot);
+        self.packets[packet].set(lane, slot, state);
+        self.len += 1;
+    }
+
+    /// Adds the paths of a packet that `packing`, made for this length, has chosen.
+    #[inline(always)]
+    pub fn pack(&mut self, packing: &Packing, paths: &PathPacket) {
+        paths.pack(packing, packing.packets(&mut self.packets, || PathPacket::EMPTY));
+        self.len += packing.count();
     }
 
     /// The packet of path `first`, a multiple of [`LANES`].
     #[inline(always)]
     pub fn packet(&self, first: usize) -> &PathPacket {
-        debug_assert!(first < self.slot.len() && first.is_multiple_of(LANES));
+        debug_assert!(first < self.len && first.is_multiple_of(LANES));
         &self.packets[first / LANES]
+    }
+
+    /// Place of path `i` in the batch.
+    #[inline(always)]
+    pub fn slot(&self, i: usize) -> u32 {
+        self.packets[i / LANES].slot[i % LANES]
     }
 
     #[inline(always)]
@@ -91,14 +107,29 @@ impl Paths {
 }
 
 impl PathPacket {
-    const EMPTY: PathPacket =
-        PathPacket { throughput: Vec3Lanes::ZERO, rng: RngLanes::ZERO, pdf: [0.0; LANES], analog: [0.0; LANES] };
+    pub const EMPTY: PathPacket = PathPacket {
+        slot: [0; LANES],
+        throughput: Vec3Lanes::ZERO,
+        rng: RngLanes::ZERO,
+        pdf: [0.0; LANES],
+        analog: [0.0; LANES],
+    };
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, PathState { throughput, rng, pdf, analog }: PathState) {
+    fn set(&mut self, lane: usize, slot: u32, PathState { throughput, rng, pdf, analog }: PathState) {
+        self.slot[lane] = slot;
         self.throughput.set(lane, throughput);
         self.rng.set(lane, rng);
         (self.pdf[lane], self.analog[lane]) = (pdf, analog);
+    }
+
+    #[inline(always)]
+    fn pack(&self, packing: &Packing, [first, second]: [&mut PathPacket; 2]) {
+        packing.put(&self.slot, [&mut first.slot, &mut second.slot]);
+        self.throughput.pack(packing, [&mut first.throughput, &mut second.throughput]);
+        self.rng.pack(packing, [&mut first.rng, &mut second.rng]);
+        packing.put(&self.pdf, [&mut first.pdf, &mut second.pdf]);
+        packing.put(&self.analog, [&mut first.analog, &mut second.analog]);
     }
 }
 
@@ -119,22 +150,58 @@ impl Wave {
     }
 }
 
-/// Shadow rays of one wave and what they would bring.
+/// What the shadow rays of one wave would bring, in their order and as these in packets.
 #[derive(Default)]
 pub(super) struct NextEvents {
-    pub slot: Vec<u32>,
+    pub packets: Vec<NextEventLanes>,
+    len: usize,
+}
+
+/// The same for a packet, side by side.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+pub(super) struct NextEventLanes {
+    /// Place of the path in the batch.
+    pub slot: [u32; LANES],
     /// To the pixel.
-    pub contribution: Vec<Rgb>,
-    /// To the vertex, and which one it is in its wave; kept where something is learnt.
-    pub local: Vec<(Rgb, u32)>,
+    pub contribution: Vec3Lanes,
+    /// To the vertex, and which one it is in its wave.
+    pub local: Vec3Lanes,
+    pub vertex: [u32; LANES],
 }
 
 impl NextEvents {
     pub fn clear(&mut self) {
-        self.slot.clear();
-        self.contribution.clear();
-        self.local.clear();
+        self.len = 0;
     }
+
+    /// Adds those of a packet that `packing`, made for this length, has chosen; what vertices learn only where they do.
+    #[inline(always)]
+    pub fn pack(&mut self, packing: &Packing, events: &NextEventLanes, learn: bool) {
+        let [first, second] = packing.packets(&mut self.packets, || NextEventLanes::EMPTY);
+        packing.put(&events.slot, [&mut first.slot, &mut second.slot]);
+        events.contribution.pack(packing, [&mut first.contribution, &mut second.contribution]);
+        if learn {
+            events.local.pack(packing, [&mut first.local, &mut second.local]);
+            packing.put(&events.vertex, [&mut first.vertex, &mut second.vertex]);
+        }
+        self.len += packing.count();
+    }
+
+    /// Place of the path of shadow ray `i` in the batch.
+    #[inline(always)]
+    pub fn slot(&self, i: usize) -> u32 {
+        self.packets[i / LANES].slot[i % LANES]
+    }
+}
+
+impl NextEventLanes {
+    pub const EMPTY: NextEventLanes = NextEventLanes {
+        slot: [0; LANES],
+        contribution: Vec3Lanes::ZERO,
+        local: Vec3Lanes::ZERO,
+        vertex: [0; LANES],
+    };
 }
 
 /// Scratch memory for one batch at a time; a worker keeps it from task to task.
@@ -145,7 +212,7 @@ pub struct Batch {
     pub(super) shadow_rays: ShadowBatch,
     pub(super) next_events: NextEvents,
     /// Vertices by wave, where something is learnt.
-    pub(super) vertices: Vec<Vec<Vertex>>,
+    pub(super) vertices: Vec<Vertices>,
     pub(super) followed: [Vec<Followed>; 2],
     /// Vertices with their normals, while the guide has no sites.
     pub(super) points: Vec<(Vec3, Vec3)>,

@@ -97,10 +97,13 @@ impl<'a> Mixture<'a> {
     /// Draws a direction. `wo` is in the shading frame. `None` where the path ends.
     #[inline(always)]
     pub fn sample(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
-        let Some(guide) = self.guide.filter(|_| rng.f32() >= self.bsdf_fraction) else {
+        let Some(guide) = self.guide else { return self.sample_bsdf(si, wo, rng) };
+        // the same numbers whoever draws, so that a packet draws them side by side
+        let (chosen, cell) = (rng.f32(), rng.f64());
+        if chosen < self.bsdf_fraction {
             return self.sample_bsdf(si, wo, rng);
-        };
-        let (wi, guide_pdf) = guide.sample(rng.f64(), rng.f32x2());
+        }
+        let (wi, guide_pdf) = guide.sample(cell, rng.f32x2());
         if !si.consistent(wi) {
             return None;
         }
@@ -111,7 +114,9 @@ impl<'a> Mixture<'a> {
 
     #[inline(always)]
     fn sample_bsdf(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
-        let drawn = self.bsdf.sample(wo, rng.f32(), rng.f32x2())?;
+        // Lambert's law has one lobe
+        let lobe = if self.bsdf.lambertian().is_some() { 0.0 } else { rng.f32() };
+        let drawn = self.bsdf.sample(wo, lobe, rng.f32x2())?;
         let wi = si.frame.to_world(drawn.wi);
         if !si.consistent(wi) || drawn.weight == Rgb::ZERO {
             return None;

@@ -1,5 +1,6 @@
 //! How light finds its way: paths, in batches, bounce by bounce.
 
+mod arrivals;
 mod backup;
 pub mod batch;
 pub mod mixture;

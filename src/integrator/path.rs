@@ -7,7 +7,7 @@ mod outcome;
 mod packet;
 mod shade;
 
-use super::backup::Arrival;
+use super::backup::Vertices;
 use super::batch::{Batch, BatchResult, Counters, PathState, Task, Wave};
 use super::probe::{Cast, Probe, Stage};
 use super::roulette::Efficiency;
@@ -131,8 +131,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         b.features.clear();
         b.features.resize(if integrator.features { task.paths() } else { 0 }, Features::default());
         if self.learn {
-            let arrival = Arrival { parent: u32::MAX, weight: Rgb::ONE, edge: None };
-            b.wave.paths.arrival.resize(task.paths(), arrival);
+            b.wave.paths.arrivals.begin(task.paths());
         }
         b.direct.clear();
         let camera = &integrator.scene.camera;
@@ -156,7 +155,10 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
                 self.jitter = [jitter.f32(), jitter.f32(), jitter.f32()];
             }
             if self.learn && self.batch.vertices.len() < depth {
-                self.batch.vertices.push(Vec::new());
+                self.batch.vertices.push(Vertices::default());
+            }
+            if self.learn {
+                self.batch.vertices[depth - 1].begin(&mut self.batch.wave.paths.arrivals);
             }
             let coherence = if depth == 1 { Coherence::Coherent } else { Coherence::Incoherent };
             self.counters.rays += self.batch.wave.rays.len() as u64;
@@ -183,14 +185,14 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     fn trace(&mut self, depth: usize, coherence: Coherence) {
         self.probe.stage(Stage::Intersect);
         let Wave { rays, paths } = &mut self.batch.wave;
-        let (cast, geometry) = (Cast { rays, slots: &paths.slot, depth }, self.integrator.scene.geometry());
+        let (cast, geometry) = (Cast { rays, slots: &|i| paths.slot(i), depth }, self.integrator.scene.geometry());
         self.counters.embree += timed(|| self.probe.trace(cast, geometry, coherence));
     }
 
     fn trace_shadows(&mut self, depth: usize) {
         self.probe.stage(Stage::Intersect);
         let Batch { shadow_rays, next_events, .. } = &mut *self.batch;
-        let cast = Cast { rays: shadow_rays, slots: &next_events.slot, depth };
+        let cast = Cast { rays: shadow_rays, slots: &|i| next_events.slot(i), depth };
         let geometry = self.integrator.scene.geometry();
         self.counters.embree += timed(|| self.probe.trace_shadows(cast, geometry, Coherence::Incoherent));
     }

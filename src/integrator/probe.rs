@@ -35,7 +35,7 @@ impl Stage {
 pub struct Cast<'a, Rays> {
     pub rays: &'a mut Rays,
     /// Place of each ray's path in its batch.
-    pub slots: &'a [u32],
+    pub slots: &'a dyn Fn(usize) -> u32,
     /// Segments from the camera, from 1: of the rays, or up to the vertex that shadow rays leave.
     pub depth: usize,
 }

@@ -22,9 +22,9 @@ impl PowerChoice {
         self.table.as_ref().map(|table| table.sample_wide(u))
     }
 
-    /// The same for a packet; `None` where there is no light.
+    /// The lights alone for a packet; `None` where there is none.
     #[inline(always)]
-    pub fn choose_lanes(&self, u: &[f64; LANES]) -> Option<([u32; LANES], [f64; LANES])> {
+    pub fn choose_lanes(&self, u: &[f64; LANES]) -> Option<[u32; LANES]> {
         self.table.as_ref().map(|table| table.sample_lanes(u))
     }
 

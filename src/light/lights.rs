@@ -36,20 +36,25 @@ impl Lights {
         }
         let others = others.into_iter().map(Light::checked).collect::<Result<Vec<_>>>()?;
         let mut ids = FxHashMap::default();
-        let mut areas = Vec::new();
+        let (mut lights, mut areas) = (Vec::new(), Vec::new());
         for t in triangles {
-            let Some(area) = AreaLight::new(t)? else { continue };
-            if ids.insert((t.mesh, t.triangle), areas.len() as u32).is_some() {
+            let Some((light, area)) = AreaLight::new(t)? else { continue };
+            if ids.insert((t.mesh, t.triangle), lights.len() as u32).is_some() {
                 let (mesh, triangle) = (t.mesh, t.triangle);
                 let message = format!("triangle {triangle} of mesh {mesh} is a light twice");
                 return Err(Error::Scene(message));
             }
+            lights.push(light);
             areas.push(area);
         }
         let section = PI * (scene_radius as f64).powi(2);
         let far = others.iter().map(|light| power(light, section));
-        let powers: Vec<f64> = areas.iter().map(AreaLight::power).chain(far).collect();
-        Ok(Lights { triangles: areas, others, ids, choice: PowerChoice::new(&powers) })
+        let near = lights.iter().zip(&areas).map(|(light, &area)| light.power(area));
+        let choice = PowerChoice::new(&near.chain(far).collect::<Vec<_>>());
+        for (k, (light, area)) in lights.iter_mut().zip(areas).enumerate() {
+            light.choose(choice.pmf(k), area);
+        }
+        Ok(Lights { triangles: lights, others, ids, choice })
     }
 
     /// Whether there is nothing to sample.
@@ -74,16 +79,10 @@ impl Lights {
         }
     }
 
-    /// Lights for a packet, and what is left of each `u_choice`; `None` where there is no light.
+    /// Lights for a packet; `None` where there is no light.
     #[inline(always)]
-    pub(super) fn choose(&self, u_choice: &[f64; LANES]) -> Option<([u32; LANES], [f64; LANES])> {
+    pub(super) fn choose(&self, u_choice: &[f64; LANES]) -> Option<[u32; LANES]> {
         self.choice.choose_lanes(u_choice)
-    }
-
-    /// Probability that the light `index` is chosen.
-    #[inline]
-    pub(super) fn pmf(&self, index: usize) -> f32 {
-        self.choice.pmf(index)
     }
 
     /// The light `index` of the choice, where it is a triangle.
@@ -93,7 +92,7 @@ impl Lights {
     }
 
     /// [`Self::sample`] where the choice has fallen on a light that is no triangle.
-    pub(super) fn sample_other(&self, index: usize, rest: f64, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
+    fn sample_other(&self, index: usize, rest: f64, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let (k, pmf) = (index - self.triangles.len(), self.choice.pmf(index));
         let sample = match &self.others[k] {
             Light::Point { position, intensity } => sample_point(p, *position, *intensity, pmf),
@@ -117,14 +116,7 @@ impl Lights {
     /// Density per steradian with which [`Self::sample`] from `p` draws the point `y` of the triangle `light` (from
     /// [`Self::triangle_light`]), the choice of the light included: pmf·d²/(A·cosθ). 0 where it never would.
     pub fn pdf_triangle(&self, light: u32, p: Vec3, y: Vec3) -> f32 {
-        self.chosen(light as usize, self.triangles[light as usize].pdf(p, y))
-    }
-
-    /// The density of a light's own sampling, times the probability that it is chosen.
-    #[inline]
-    fn chosen(&self, light: usize, pdf: f64) -> f32 {
-        let pdf = (self.choice.pmf(light) as f64 * pdf) as f32;
-        if pdf.is_finite() { pdf } else { 0.0 }
+        self.triangles[light as usize].pdf(p, y)
     }
 
     /// Radiance of all surroundings together from `wi` (unit), for a ray that leaves the scene.
@@ -166,14 +158,13 @@ impl Lights {
     fn sample_triangle(&self, index: usize, p: Vec3, u: [f32; 2]) -> LightSample {
         let light = &self.triangles[index];
         let View { surface, wi, distance, pdf } = light.sample_from(p, u);
-        let pdf = self.chosen(index, pdf);
         LightSample { wi, distance, radiance: light.emitted(), pdf, delta: false, surface: Some(surface) }
     }
 }
 
 /// A sample that can be weighed.
 #[inline(always)]
-pub(super) fn usable(sample: LightSample) -> Option<LightSample> {
+fn usable(sample: LightSample) -> Option<LightSample> {
     (sample.pdf > 0.0 && sample.pdf.is_finite() && sample.radiance.is_finite()).then_some(sample)
 }
 

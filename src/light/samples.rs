@@ -1,11 +1,11 @@
 //! Lights drawn for a packet's vertices, side by side.
 
-use super::lights::{Lights, usable};
+use super::lights::Lights;
 use super::triangle::AreaLight;
 use super::{LightSample, SHADOW_END};
 use crate::geometry::Surfaces;
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
 
 /// Up to [`LANES`] draws from [`Lights`]: what [`Lights::sample`] gives one by one, to the last bit.
 pub struct LightSamples {
@@ -28,12 +28,11 @@ pub struct LightSamples {
 
 /// Emissive triangles that were chosen.
 struct Chosen {
-    pmf: Lanes,
     origin: Vec3Lanes,
     edges: [Vec3Lanes; 2],
     normal: Vec3Lanes,
-    area: [f64; LANES],
-    two_sided: Mask,
+    density: Lanes,
+    two_sided: [u32; LANES],
     /// What was drawn where the light is no triangle, or there is none.
     other: [Option<LightSample>; LANES],
 }
@@ -41,23 +40,22 @@ struct Chosen {
 impl LightSamples {
     pub fn new() -> LightSamples {
         let chosen = Chosen {
-            pmf: [0.0; LANES],
             origin: Vec3Lanes::ZERO,
             edges: [Vec3Lanes::ZERO; 2],
             normal: Vec3Lanes::ZERO,
-            area: [0.0; LANES],
-            two_sided: [false; LANES],
+            density: [0.0; LANES],
+            two_sided: [0; LANES],
             other: [None; LANES],
         };
         LightSamples {
             wi: Vec3Lanes::ZERO,
             radiance: Vec3Lanes::ZERO,
             pdf: [0.0; LANES],
-            delta: [false; LANES],
+            delta: Mask::NONE,
             distance: [0.0; LANES],
             point: Vec3Lanes::ZERO,
-            others: [false; LANES],
-            surface: [false; LANES],
+            others: Mask::NONE,
+            surface: Mask::NONE,
             chosen,
         }
     }
@@ -65,62 +63,64 @@ impl LightSamples {
     /// Begins anew, with nothing drawn.
     #[inline(always)]
     pub fn clear(&mut self) {
-        (self.surface, self.others) = ([false; LANES], [false; LANES]);
+        (self.surface, self.others) = (Mask::NONE, Mask::NONE);
     }
 
     /// Chooses lights for the lanes of `lit`, as [`Lights::sample`] with the same places and numbers.
     #[inline(always)]
-    pub fn choose(&mut self, lit: &Mask, lights: &Lights, p: &Vec3Lanes, u_choice: &[f64; LANES], u: &[Lanes; 2]) {
-        let Some((index, rest)) = lights.choose(u_choice) else { return };
+    pub fn choose(&mut self, lit: Mask, lights: &Lights, p: &Vec3Lanes, u_choice: &[f64; LANES], u: &[Lanes; 2]) {
+        let Some(index) = lights.choose(u_choice) else { return };
+        let (mut surface, mut others) = (Mask::NONE, Mask::NONE);
         for k in each(lit) {
             let index = index[k] as usize;
             match lights.triangle(index) {
-                Some(light) => self.choose_triangle(k, light, lights.pmf(index)),
+                Some(light) => {
+                    surface.set(k, true);
+                    self.choose_triangle(k, light);
+                }
                 None => {
-                    self.others[k] = true;
-                    self.chosen.other[k] = lights.sample_other(index, rest[k], p.get(k), [u[0][k], u[1][k]]);
+                    others.set(k, true);
+                    self.chosen.other[k] = lights.sample(p.get(k), u_choice[k], [u[0][k], u[1][k]]);
                 }
             }
         }
+        (self.surface, self.others, self.delta) = (surface, others, Mask::NONE);
     }
 
     #[inline(always)]
-    fn choose_triangle(&mut self, k: usize, light: &AreaLight, pmf: f32) {
-        (self.surface[k], self.delta[k]) = (true, false);
+    fn choose_triangle(&mut self, k: usize, light: &AreaLight) {
         self.radiance.set(k, light.radiance);
         let chosen = &mut self.chosen;
-        chosen.pmf[k] = pmf;
         chosen.origin.set(k, light.origin);
         chosen.edges[0].set(k, light.edges[0]);
         chosen.edges[1].set(k, light.edges[1]);
         chosen.normal.set(k, light.normal);
-        chosen.area[k] = light.area;
-        chosen.two_sided[k] = light.two_sided;
+        chosen.density[k] = light.density;
+        chosen.two_sided[k] = light.two_sided as u32;
     }
 
     /// Draws the points on all triangles that were chosen, from places and numbers as in [`Self::choose`].
     pub fn resolve(&mut self, p: &Vec3Lanes, u: &[Lanes; 2]) {
-        let chosen = &self.chosen;
+        let (chosen, surface) = (&self.chosen, self.surface.lanes());
         for k in 0..LANES {
             let view = chosen.light(k).sample_from(p.get(k), [u[0][k], u[1][k]]);
             self.point.set(k, view.surface.point);
             self.wi.set(k, view.wi);
             self.distance[k] = view.distance;
-            let pdf = (chosen.pmf[k] as f64 * view.pdf) as f32;
-            self.pdf[k] = if self.surface[k] & pdf.is_finite() { pdf } else { 0.0 };
+            self.pdf[k] = pick(surface.has(k), view.pdf, 0.0);
         }
-        for k in each(&self.others) {
+        for k in each(self.others) {
             self.take_other(k);
         }
     }
 
     #[inline]
     fn take_other(&mut self, k: usize) {
-        if let Some(sample) = self.chosen.other[k].and_then(usable) {
+        if let Some(sample) = self.chosen.other[k] {
             self.wi.set(k, sample.wi);
             self.radiance.set(k, sample.radiance);
             self.pdf[k] = sample.pdf;
-            self.delta[k] = sample.delta;
+            self.delta.set(k, sample.delta);
             self.distance[k] = sample.distance;
         }
     }
@@ -138,10 +138,11 @@ impl LightSamples {
     #[inline(always)]
     pub fn shadow_rays(&self, surfaces: &Surfaces, origin: &mut Vec3Lanes, dir: &mut Vec3Lanes, tfar: &mut Lanes) {
         surfaces.spawn(&self.wi, origin);
+        let surface = self.surface.lanes();
         for k in 0..LANES {
             let way = self.point.get(k) - origin.get(k);
-            let distance = if self.surface[k] { way.length() } else { self.distance[k] };
-            dir.set(k, if self.surface[k] { way / distance } else { self.wi.get(k) });
+            let distance = pick(surface.has(k), way.length(), self.distance[k]);
+            dir.set(k, pick(surface.has(k), way / distance, self.wi.get(k)));
             tfar[k] = distance * (1.0 - SHADOW_END);
         }
     }
@@ -155,9 +156,9 @@ impl Chosen {
             origin: self.origin.get(k),
             edges: [self.edges[0].get(k), self.edges[1].get(k)],
             normal: self.normal.get(k),
-            area: self.area[k],
+            density: self.density[k],
             radiance: Rgb::ZERO,
-            two_sided: self.two_sided[k],
+            two_sided: self.two_sided[k] != 0,
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::{LightPoint, check_light, wide_luminance};
 use crate::Result;
 use crate::math::{Rgb, warp};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use std::f64::consts::PI;
 
 /// A triangle that emits the same radiance everywhere and in all directions of one side, or of both.
@@ -26,8 +26,8 @@ pub(super) struct AreaLight {
     pub(super) edges: [Vec3; 2],
     /// Unit, by the winding.
     pub(super) normal: Vec3,
-    /// m²; double precision, so that no triangle is too small.
-    pub(super) area: f64,
+    /// Probability that this light is chosen over its area, 1/m²: 0 until [`AreaLight::choose`] says.
+    pub(super) density: f32,
     pub(super) radiance: Rgb,
     pub(super) two_sided: bool,
 }
@@ -39,13 +39,13 @@ pub(super) struct View {
     /// Unit, to the light; undefined where `pdf` is 0.
     pub wi: Vec3,
     pub distance: f32,
-    /// Per steradian there, the choice of the light left out; 0 where nothing arrives.
-    pub pdf: f64,
+    /// Per steradian there, the choice of the light included; 0 where nothing arrives.
+    pub pdf: f32,
 }
 
 impl AreaLight {
-    /// `None` for a triangle that emits nothing: without area or without radiance.
-    pub fn new(t: &EmissiveTriangle) -> Result<Option<AreaLight>> {
+    /// The light and its area, m². `None` for a triangle that emits nothing: without area or without radiance.
+    pub fn new(t: &EmissiveTriangle) -> Result<Option<(AreaLight, f64)>> {
         let edges = [t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]];
         let finite = t.corners.iter().chain(&edges).all(|c| c.is_finite());
         let name = format!("emissive triangle {} of mesh {}", t.triangle, t.mesh);
@@ -56,20 +56,26 @@ impl AreaLight {
         if t.radiance == Rgb::ZERO {
             return Ok(None);
         }
-        Ok(Some(AreaLight {
+        let light = AreaLight {
             origin: t.corners[0],
             edges,
             normal: normal.as_vec3(),
-            area: 0.5 * cross.length(),
+            density: 0.0,
             radiance: t.radiance,
             two_sided: t.two_sided,
-        }))
+        };
+        Ok(Some((light, 0.5 * cross.length())))
     }
 
     /// W: luminance · π · area · sides.
-    pub fn power(&self) -> f64 {
+    pub fn power(&self, area: f64) -> f64 {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
-        wide_luminance(self.radiance) * PI * self.area * sides
+        wide_luminance(self.radiance) * PI * area * sides
+    }
+
+    /// Says with which probability it is chosen.
+    pub fn choose(&mut self, pmf: f32, area: f64) {
+        self.density = (pmf as f64 / area) as f32;
     }
 
     /// A point, uniform by area.
@@ -84,26 +90,28 @@ impl AreaLight {
     #[inline(always)]
     pub fn sample_from(&self, p: Vec3, u: [f32; 2]) -> View {
         let surface = self.sample(u);
-        let to_light = (surface.point - p).as_dvec3();
+        let to_light = surface.point - p;
         let distance = to_light.length();
         // where `p` is behind the light, or on it, the density is 0
         let pdf = self.pdf_along(to_light, distance);
-        View { surface, wi: (to_light / distance).as_vec3(), distance: distance as f32, pdf }
+        View { surface, wi: to_light / distance, distance, pdf }
     }
 
-    /// Density per steradian, seen from `p`, of the point `y` drawn uniformly by area: d²/(A·cosθ), with θ at the light.
-    /// 0 where `p` is behind or in the plane, or where the density is too large for an `f32`: nothing is drawn there.
-    pub fn pdf(&self, p: Vec3, y: Vec3) -> f64 {
-        let to_light = (y - p).as_dvec3();
+    /// Density per steradian, seen from `p`, of the point `y` drawn uniformly by area: pmf·d²/(A·cosθ), with θ at the light,
+    /// the choice of the light included. 0 where `p` is behind or in the plane, or where the density is too large for an
+    /// `f32`: nothing is drawn there.
+    pub fn pdf(&self, p: Vec3, y: Vec3) -> f32 {
+        let to_light = y - p;
         self.pdf_along(to_light, to_light.length())
     }
 
-    /// [`Self::pdf`] where the way to the point and its length are known: d²/(A·cosθ) is d³/(A·d·cosθ).
+    /// [`Self::pdf`] where the way to the point and its length are known. Coordinates have squares within an `f32`
+    /// ([`crate::embree::LARGEST_COORDINATE`]), but not cubes: d/(d·cosθ) comes first.
     #[inline(always)]
-    fn pdf_along(&self, to_light: DVec3, distance: f64) -> f64 {
-        let facing = self.emitting_cosine(-to_light.dot(self.normal.as_dvec3()));
-        let pdf = distance * distance * distance / (self.area * facing);
-        if facing > 0.0 && pdf <= f32::MAX as f64 { pdf } else { 0.0 }
+    fn pdf_along(&self, to_light: Vec3, distance: f32) -> f32 {
+        let facing = self.emitting_cosine(-to_light.dot(self.normal));
+        let pdf = self.density * (distance * distance) * (distance / facing);
+        if (facing > 0.0) & (pdf <= f32::MAX) { pdf } else { 0.0 }
     }
 
     /// Radiance on the side that emits.
@@ -113,11 +121,11 @@ impl AreaLight {
 
     /// Radiance leaving along `wo` (unit, away from the light).
     pub fn radiance(&self, wo: Vec3) -> Rgb {
-        if self.emitting_cosine(self.normal.dot(wo) as f64) > 0.0 { self.radiance } else { Rgb::ZERO }
+        if self.emitting_cosine(self.normal.dot(wo)) > 0.0 { self.radiance } else { Rgb::ZERO }
     }
 
     #[inline(always)]
-    fn emitting_cosine(&self, cos: f64) -> f64 {
+    fn emitting_cosine(&self, cos: f32) -> f32 {
         if self.two_sided { cos.abs() } else { cos }
     }
 }

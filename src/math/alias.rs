@@ -1,6 +1,6 @@
 //! Discrete distributions.
 
-use super::lanes::LANES;
+use super::lanes::{LANES, pick};
 
 /// Draws index `i` with probability `w[i]/Σw` in O(1) (Walker's alias method, Vose's construction 1991).
 #[derive(Clone, Debug)]
@@ -74,9 +74,9 @@ impl AliasTable {
         (index, rest.min(super::ONE_MINUS_EPSILON_F64))
     }
 
-    /// [`Self::sample_wide`] for a packet, to the last bit; without jumps, each of which would be a guess.
+    /// The indices of [`Self::sample_wide`] for a packet; without jumps, each of which would be a guess.
     #[inline(always)]
-    pub fn sample_lanes(&self, u: &[f64; LANES]) -> ([u32; LANES], [f64; LANES]) {
+    pub fn sample_lanes(&self, u: &[f64; LANES]) -> [u32; LANES] {
         let (bins, last) = (self.bins.len() as f64, (self.bins.len() - 1) as u32);
         let (mut bin, mut rest) = ([0; LANES], [0.0; LANES]);
         for k in 0..LANES {
@@ -90,13 +90,9 @@ impl AliasTable {
             (keep[k], alias[k]) = (share, other);
         }
         for k in 0..LANES {
-            let keep = keep[k] as f64;
-            let own = rest[k] < keep;
-            bin[k] = if own { bin[k] } else { alias[k] };
-            let (left, of) = (if own { rest[k] } else { rest[k] - keep }, if own { keep } else { 1.0 - keep });
-            rest[k] = (left / of).min(super::ONE_MINUS_EPSILON_F64);
+            bin[k] = pick(rest[k] < keep[k] as f64, bin[k], alias[k]);
         }
-        (bin, rest)
+        bin
     }
 
     /// Probability of index `i`.
@@ -157,9 +153,9 @@ mod tests {
             for round in 0..50 {
                 let mut u = [0.0; LANES].map(|_: f64| rng.f64());
                 (u[0], u[1]) = (0.0, if round == 0 { crate::math::ONE_MINUS_EPSILON_F64 } else { u[1] });
-                let (index, rest) = table.sample_lanes(&u);
+                let index = table.sample_lanes(&u);
                 for k in 0..LANES {
-                    assert_eq!((index[k] as usize, rest[k]), table.sample_wide(u[k]), "{n} weights, {}", u[k]);
+                    assert_eq!(index[k] as usize, table.sample_wide(u[k]).0, "{n} weights, {}", u[k]);
                 }
             }
         }

@@ -1,7 +1,9 @@
 //! Numbers side by side, as many as a packet has rays. A loop over them whose body is plain arithmetic, with choices but
 //! without jumps or look-ups, becomes vector instructions.
 
+use crate::embree::{Packing, instructions};
 use glam::Vec3;
+use std::ops::{BitAnd, BitOr, Not};
 
 /// Rays of a packet, and vertices that are worked on at once.
 pub const LANES: usize = 16;
@@ -9,28 +11,107 @@ pub const LANES: usize = 16;
 /// One number for each.
 pub type Lanes = [f32; LANES];
 
-/// Some of them.
-pub type Mask = [bool; LANES];
+/// Some of them, a bit each. Bytes, set lane by lane and then read at once, would have the reader wait for the writers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Mask(u16);
 
-/// Those of which it is so. In place of `array::from_fn`, which compilers leave as a call a lane.
+/// Those of which it is so.
 #[inline(always)]
 pub fn mask(is: impl Fn(usize) -> bool) -> Mask {
-    let mut mask = [false; LANES];
+    let mut lanes = [0; LANES];
     for k in 0..LANES {
-        mask[k] = is(k);
+        lanes[k] = if is(k) { u32::MAX } else { 0 };
     }
-    mask
+    Mask(instructions::bits(&lanes))
+}
+
+impl Mask {
+    pub const NONE: Mask = Mask(0);
+
+    /// Lanes by their bits, that of lane 0 being the lowest.
+    #[inline(always)]
+    pub fn from_bits(bits: u16) -> Mask {
+        Mask(bits)
+    }
+
+    #[inline(always)]
+    pub fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// Whether lane `k` is one of them. In a loop over all lanes, ask [`Self::lanes`].
+    #[inline(always)]
+    pub fn has(self, k: usize) -> bool {
+        self.0 >> k & 1 != 0
+    }
+
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        self.0 != 0
+    }
+
+    /// Makes lane `k` one of them, or none.
+    #[inline(always)]
+    pub fn set(&mut self, k: usize, is: bool) {
+        self.0 = self.0 & !(1 << k) | (is as u16) << k;
+    }
+
+    /// To be asked of each lane side by side.
+    #[inline(always)]
+    pub fn lanes(self) -> MaskLanes {
+        MaskLanes(instructions::spread(self.0))
+    }
+}
+
+impl BitAnd for Mask {
+    type Output = Mask;
+
+    #[inline(always)]
+    fn bitand(self, other: Mask) -> Mask {
+        Mask(self.0 & other.0)
+    }
+}
+
+impl BitOr for Mask {
+    type Output = Mask;
+
+    #[inline(always)]
+    fn bitor(self, other: Mask) -> Mask {
+        Mask(self.0 | other.0)
+    }
+}
+
+impl Not for Mask {
+    type Output = Mask;
+
+    #[inline(always)]
+    fn not(self) -> Mask {
+        Mask(!self.0)
+    }
+}
+
+/// See [`Mask::lanes`].
+#[derive(Clone, Copy)]
+pub struct MaskLanes([u32; LANES]);
+
+impl MaskLanes {
+    #[inline(always)]
+    pub fn has(&self, k: usize) -> bool {
+        self.0[k] != 0
+    }
+}
+
+/// `a` where it is so, else `b`: both are there already, so that vectors choose between them, where `if` may load only one.
+#[inline(always)]
+pub fn pick<T>(is: bool, a: T, b: T) -> T {
+    if is { a } else { b }
 }
 
 /// The lanes of a mask, one after the other. Where loops test each lane, every test of lanes that come as they like is a
 /// guess that processors often lose; this loses one at its end.
 #[inline(always)]
-pub fn each(mask: &Mask) -> Each {
-    let mut lanes = 0;
-    for k in 0..LANES {
-        lanes |= (mask[k] as u32) << k;
-    }
-    Each(lanes)
+pub fn each(mask: Mask) -> Each {
+    Each(mask.0 as u32)
 }
 
 /// See [`each`].
@@ -63,6 +144,20 @@ pub struct Vec3Lanes {
 impl Vec3Lanes {
     pub const ZERO: Vec3Lanes = Vec3Lanes { x: [0.0; LANES], y: [0.0; LANES], z: [0.0; LANES] };
 
+    /// Components, row by row.
+    #[inline(always)]
+    pub fn rows(&self) -> [&Lanes; 3] {
+        [&self.x, &self.y, &self.z]
+    }
+
+    /// Puts the lanes that were chosen behind those which are there; see [`Packing::put`].
+    #[inline(always)]
+    pub fn pack(&self, packing: &Packing, [first, second]: [&mut Vec3Lanes; 2]) {
+        packing.put(&self.x, [&mut first.x, &mut second.x]);
+        packing.put(&self.y, [&mut first.y, &mut second.y]);
+        packing.put(&self.z, [&mut first.z, &mut second.z]);
+    }
+
     /// Takes over whole rows of components.
     #[inline(always)]
     pub fn set_rows(&mut self, [x, y, z]: [&Lanes; 3]) {
@@ -94,9 +189,12 @@ mod tests {
 
     #[test]
     fn each_lane_of_a_mask_comes_once_and_in_order() {
-        for some in [0, 1, 0x8000, 0xffff, 0b1010_0110] {
+        for some in [0, 1, 0x8000, 0xffff, 0b1010_0110u16] {
             let is = |k: usize| some >> k & 1 == 1;
-            assert_eq!(each(&mask(is)).collect::<Vec<_>>(), (0..LANES).filter(|&k| is(k)).collect::<Vec<_>>());
+            let lanes = mask(is);
+            assert_eq!(lanes.bits(), some);
+            assert_eq!(each(lanes).collect::<Vec<_>>(), (0..LANES).filter(|&k| is(k)).collect::<Vec<_>>());
+            assert!((0..LANES).all(|k| lanes.has(k) == is(k) && lanes.lanes().has(k) == is(k)));
         }
     }
 }

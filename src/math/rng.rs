@@ -1,6 +1,7 @@
 //! Random numbers: one small generator per path, seeded by what the path is, never by who runs it.
 
-use super::lanes::{LANES, Lanes, Mask};
+use super::lanes::{LANES, Lanes, Mask, pick};
+use crate::embree::Packing;
 
 /// PCG32 (O'Neill 2014, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms"),
 /// XSH-RR output, one fixed stream. Its whole state is one word, so a batch of paths keeps it in an array.
@@ -27,8 +28,7 @@ impl Rng {
     pub fn next_u32(&mut self) -> u32 {
         let old = self.0;
         self.0 = old.wrapping_mul(MULTIPLIER).wrapping_add(INCREMENT);
-        let xorshifted = (((old >> 18) ^ old) >> 27) as u32;
-        xorshifted.rotate_right((old >> 59) as u32)
+        output(old)
     }
 
     /// Uniform in [0, 1), in steps of 2⁻²⁴: 1 is never returned.
@@ -69,39 +69,104 @@ impl RngLanes {
         self.0[lane] = rng.0;
     }
 
-    /// 32 uniform bits for each that draws; the others stay as they are, and get any.
+    /// Puts the generators that were chosen behind those which are there; see [`Packing::put`].
     #[inline(always)]
-    fn next_u32(&mut self, draws: &Mask) -> [u32; LANES] {
-        let mut bits = [0; LANES];
+    pub fn pack(&self, packing: &Packing, [first, second]: [&mut RngLanes; 2]) {
+        packing.put(&self.0, [&mut first.0, &mut second.0]);
+    }
+
+    /// `N` times 32 uniform bits for each that draws; the others stay as they are, and get any. Every state follows from the
+    /// first, so that none waits for the one before.
+    #[inline(always)]
+    pub fn bits<const N: usize>(&mut self, draws: Mask) -> [[u32; LANES]; N] {
+        let (mut bits, draws) = ([[0; LANES]; N], draws.lanes());
+        for n in 0..N {
+            let (multiplier, increment) = const { leaps::<N>() }[n];
+            for k in 0..LANES {
+                bits[n][k] = output(self.0[k].wrapping_mul(multiplier).wrapping_add(increment));
+            }
+        }
+        let (multiplier, increment) = const { leap(N) };
         for k in 0..LANES {
-            let mut rng = self.get(k);
-            bits[k] = rng.next_u32();
-            self.0[k] = if draws[k] { rng.0 } else { self.0[k] };
+            let next = self.0[k].wrapping_mul(multiplier).wrapping_add(increment);
+            self.0[k] = pick(draws.has(k), next, self.0[k]);
         }
         bits
     }
 
     /// As [`Rng::f32`] for each that draws.
     #[inline(always)]
-    pub fn f32(&mut self, draws: &Mask) -> Lanes {
-        let bits = self.next_u32(draws);
-        let mut u = [0.0; LANES];
-        for k in 0..LANES {
-            u[k] = unit_f32(bits[k]);
-        }
-        u
+    pub fn f32(&mut self, draws: Mask) -> Lanes {
+        let [bits] = self.bits(draws);
+        unit_f32_lanes(&bits)
     }
 
-    /// As [`Rng::f64`] for each that draws.
+    /// As [`Rng::f32x2`] for each that draws.
     #[inline(always)]
-    pub fn f64(&mut self, draws: &Mask) -> [f64; LANES] {
-        let (high, low) = (self.next_u32(draws), self.next_u32(draws));
-        let mut u = [0.0; LANES];
-        for k in 0..LANES {
-            u[k] = unit_f64(high[k], low[k]);
-        }
-        u
+    pub fn f32x2(&mut self, draws: Mask) -> [Lanes; 2] {
+        let [a, b] = self.bits(draws);
+        [unit_f32_lanes(&a), unit_f32_lanes(&b)]
     }
+
+    /// As [`Rng::f32`] and then [`Rng::f64`] for each that draws.
+    #[inline(always)]
+    pub fn f32_f64(&mut self, draws: Mask) -> (Lanes, [f64; LANES]) {
+        let [a, high, low] = self.bits(draws);
+        (unit_f32_lanes(&a), unit_f64_lanes(&high, &low))
+    }
+
+    /// As [`Rng::f64`] and then [`Rng::f32x2`] for each that draws.
+    #[inline(always)]
+    pub fn f64_f32x2(&mut self, draws: Mask) -> ([f64; LANES], [Lanes; 2]) {
+        let [high, low, a, b] = self.bits(draws);
+        (unit_f64_lanes(&high, &low), [unit_f32_lanes(&a), unit_f32_lanes(&b)])
+    }
+}
+
+/// What `steps` steps together make of a state: multiplier and increment.
+const fn leap(steps: usize) -> (u64, u64) {
+    let (mut multiplier, mut increment, mut step) = (1u64, 0u64, 0);
+    while step < steps {
+        multiplier = multiplier.wrapping_mul(MULTIPLIER);
+        increment = increment.wrapping_mul(MULTIPLIER).wrapping_add(INCREMENT);
+        step += 1;
+    }
+    (multiplier, increment)
+}
+
+/// [`leap`] by 0 to N − 1 steps.
+const fn leaps<const N: usize>() -> [(u64, u64); N] {
+    let (mut leaps, mut n) = ([(0, 0); N], 0);
+    while n < N {
+        leaps[n] = leap(n);
+        n += 1;
+    }
+    leaps
+}
+
+/// The 32 bits that a state gives.
+#[inline(always)]
+fn output(state: u64) -> u32 {
+    let xorshifted = (((state >> 18) ^ state) >> 27) as u32;
+    xorshifted.rotate_right((state >> 59) as u32)
+}
+
+#[inline(always)]
+fn unit_f32_lanes(bits: &[u32; LANES]) -> Lanes {
+    let mut u = [0.0; LANES];
+    for k in 0..LANES {
+        u[k] = unit_f32(bits[k]);
+    }
+    u
+}
+
+#[inline(always)]
+fn unit_f64_lanes(high: &[u32; LANES], low: &[u32; LANES]) -> [f64; LANES] {
+    let mut u = [0.0; LANES];
+    for k in 0..LANES {
+        u[k] = unit_f64(high[k], low[k]);
+    }
+    u
 }
 
 #[inline(always)]
@@ -134,9 +199,12 @@ mod tests {
         (0..LANES).for_each(|k| lanes.set(k, alone[k]));
         for round in 0..30 {
             let draws = super::super::lanes::mask(|k| !(k + round).is_multiple_of(3));
-            let (wide, single) = (lanes.f64(&draws), lanes.f32(&draws));
-            for k in (0..LANES).filter(|&k| draws[k]) {
-                assert_eq!((wide[k], single[k]), (alone[k].f64(), alone[k].f32()));
+            let (a, [b, c]) = lanes.f64_f32x2(draws);
+            let ((d, e), f, [g, h]) = (lanes.f32_f64(draws), lanes.f32(draws), lanes.f32x2(draws));
+            for k in (0..LANES).filter(|&k| draws.has(k)) {
+                let rng = &mut alone[k];
+                assert_eq!((a[k], [b[k], c[k]]), (rng.f64(), rng.f32x2()));
+                assert_eq!((d[k], e[k], f[k], [g[k], h[k]]), (rng.f32(), rng.f64(), rng.f32(), rng.f32x2()));
             }
             assert!((0..LANES).all(|k| lanes.get(k) == alone[k]), "who does not draw stays as they were");
         }

@@ -1,9 +1,9 @@
 //! Where paths go on from the vertices of a packet, drawn side by side.
 
 use super::packet::Packet;
-use crate::integrator::mixture::{Densities, DirectionSample};
+use crate::integrator::mixture::Densities;
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, mask};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, mask, pick};
 
 /// Random numbers of the vertices that draw side by side, in the order in which a vertex by itself draws them.
 struct Numbers {
@@ -24,26 +24,18 @@ pub(super) struct Proposals {
     pub org: Vec3Lanes,
     pub weight: Vec3Lanes,
     pub mixture: Lanes,
-    bsdf: Lanes,
-    guide: Lanes,
+    pub bsdf: Lanes,
+    pub guide: Lanes,
     /// Whether the path goes on.
     pub goes: Mask,
     /// f·|cosθ| of directions that the guide drew.
     value: Vec3Lanes,
 }
 
-impl Proposals {
-    #[inline(always)]
-    pub fn get(&self, k: usize) -> DirectionSample {
-        let pdf = Densities { mixture: self.mixture[k], bsdf: self.bsdf[k], guide: self.guide[k] };
-        DirectionSample { wi: self.dir.get(k), weight: self.weight.get(k), pdf: Some(pdf) }
-    }
-}
-
 impl Packet<'_> {
     /// Draws directions at these vertices, each of which is [`Packet::wide`].
     #[inline(always)]
-    pub fn propose(&mut self, draws: &Mask) -> Proposals {
+    pub fn propose(&mut self, draws: Mask) -> Proposals {
         let numbers = self.draw_numbers(draws);
         let surfaces = &self.surfaces;
         let mut proposals = Proposals {
@@ -53,7 +45,7 @@ impl Packet<'_> {
             mixture: [0.0; LANES],
             bsdf: [0.0; LANES],
             guide: [-1.0; LANES],
-            goes: *draws,
+            goes: draws,
             value: Vec3Lanes::ZERO,
         };
         let mut local = Vec3Lanes::ZERO;
@@ -68,57 +60,54 @@ impl Packet<'_> {
     }
 
     #[inline(always)]
-    fn draw_numbers(&mut self, draws: &Mask) -> Numbers {
-        let mut cell = [0.0; LANES];
-        let (mut by_guide, mut by_bsdf) = ([false; LANES], *draws);
+    fn draw_numbers(&mut self, draws: Mask) -> Numbers {
+        let (mut by_guide, mut cell) = (Mask::NONE, [0.0; LANES]);
         if self.trees().any() {
-            let guided = mask(|k| draws[k] & self.trees().are()[k]);
-            let chosen = self.rng.f32(&guided);
-            by_guide = mask(|k| guided[k] & (chosen[k] >= self.bsdf_fraction()[k]));
-            by_bsdf = mask(|k| draws[k] & !by_guide[k]);
-            cell = self.rng.f64(&by_guide);
+            let guided = draws & self.trees().are();
+            let (chosen, which) = self.rng.f32_f64(guided);
+            by_guide = guided & mask(|k| chosen[k] >= self.bsdf_fraction()[k]);
+            cell = which;
         }
-        // which lobe, where a BSDF has several
-        self.rng.f32(&by_bsdf);
-        Numbers { by_guide, cell, u: [self.rng.f32(draws), self.rng.f32(draws)] }
+        Numbers { by_guide, cell, u: self.rng.f32x2(draws) }
     }
 
     /// Puts the guide's directions among those of the BSDF, and finds what either makes of the other's.
     #[inline(always)]
     fn propose_by_guide(&self, Numbers { by_guide, cell, u, .. }: &Numbers, proposals: &mut Proposals) {
         let (mut dir, mut guide) = (Vec3Lanes::ZERO, [0.0; LANES]);
-        self.trees().sample(by_guide, cell, u, &mut dir, &mut guide);
+        self.trees().sample(*by_guide, cell, u, &mut dir, &mut guide);
+        let (by_guide, trees) = (by_guide.lanes(), self.trees().are().lanes());
         for k in 0..LANES {
-            proposals.dir.set(k, if by_guide[k] { dir.get(k) } else { proposals.dir.get(k) });
+            proposals.dir.set(k, pick(by_guide.has(k), dir.get(k), proposals.dir.get(k)));
         }
         self.trees().pdf(&proposals.dir, &mut proposals.guide);
         let (mut local, mut bsdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
         self.surfaces.to_local(&proposals.dir, &mut local);
         self.bsdfs.diffuse().eval_pdf(self.surfaces.wo_locals(), &local, &mut proposals.value, &mut bsdf);
         for k in 0..LANES {
-            let guided = if by_guide[k] { guide[k] } else { proposals.guide[k] };
-            proposals.guide[k] = if self.trees().are()[k] { guided } else { -1.0 };
-            proposals.bsdf[k] = if by_guide[k] { bsdf[k] } else { proposals.bsdf[k] };
+            let guided = pick(by_guide.has(k), guide[k], proposals.guide[k]);
+            proposals.guide[k] = pick(trees.has(k), guided, -1.0);
+            proposals.bsdf[k] = pick(by_guide.has(k), bsdf[k], proposals.bsdf[k]);
         }
     }
 
     /// Densities of the mixture and weights of what was drawn, and whether the path goes on.
     #[inline(always)]
     fn weigh(&self, Numbers { by_guide, .. }: &Numbers, proposals: &mut Proposals) {
+        let guided = by_guide.lanes();
         for k in 0..LANES {
             let (bsdf, reflectance) = (proposals.bsdf[k], self.bsdfs.diffuse().reflectance(k));
             let mixed = Densities::mixed(self.bsdf_fraction()[k], bsdf, proposals.guide[k]).mixture;
-            let mixture = if proposals.guide[k] < 0.0 { bsdf } else { mixed };
-            let (f, share) = (proposals.value.get(k), bsdf / mixture);
+            let mixture = pick(proposals.guide[k] < 0.0, bsdf, mixed);
             proposals.mixture[k] = mixture;
-            proposals.weight.set(k, if by_guide[k] { f / mixture } else { reflectance * share });
-            let drawn = if by_guide[k] {
-                (f != Rgb::ZERO) & (mixture > 0.0)
-            } else {
-                (bsdf > 0.0) & (reflectance != Rgb::ZERO)
-            };
-            proposals.goes[k] &= drawn & self.surfaces.consistent(k, proposals.dir.get(k));
+            let (by_guide, by_bsdf) = (proposals.value.get(k) / mixture, reflectance * (bsdf / mixture));
+            proposals.weight.set(k, pick(guided.has(k), by_guide, by_bsdf));
         }
+        let drawn_by_guide = mask(|k| (proposals.value.get(k) != Rgb::ZERO) & (proposals.mixture[k] > 0.0));
+        let reflects = |k| self.bsdfs.diffuse().reflectance(k) != Rgb::ZERO;
+        let drawn_by_bsdf = mask(|k| (proposals.bsdf[k] > 0.0) & reflects(k));
+        let drawn = (*by_guide & drawn_by_guide) | (!*by_guide & drawn_by_bsdf);
+        proposals.goes = proposals.goes & drawn & mask(|k| self.surfaces.consistent(k, proposals.dir.get(k)));
     }
 }
 

@@ -1,13 +1,15 @@
 //! What the guide has to say at a vertex, and what it will learn of it.
 
+use super::draw::Proposals;
 use super::packet::Packet;
 use super::{GuideUse, Probe, Walk};
 use crate::bsdf::Bsdf;
 use crate::guiding::{PackedDirection, Place, StateKey, Summary};
-use crate::integrator::backup::{Edge, Expectation};
+use crate::integrator::arrivals::{ArrivalLanes, Edge};
+use crate::integrator::backup::Expectation;
 use crate::integrator::mixture::{DirectionSample, Mixture};
 use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL};
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each};
 use crate::math::{Rgb, luminance};
 use crate::scene::description::{GuideSampling, Roulette};
 use glam::Vec3;
@@ -33,8 +35,8 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let mut normals = Vec3Lanes::ZERO;
         packet.surfaces.facing_normals(&mut normals);
         let keys = guide.field.places(packet.surfaces.places(), &normals, self.jitter);
-        let mut known = [false; LANES];
-        for k in each(&packet.smooth()) {
+        let mut known = Mask::NONE;
+        for k in each(packet.smooth()) {
             self.counters.guide_queries += 1;
             let (p, n) = (packet.surfaces.p(k), normals.get(k));
             let place = match &keys {
@@ -48,11 +50,11 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
                 continue;
             };
             let summary = guide.field.summary(place.drawn);
-            known[k] = summary.is_some();
-            self.counters.guide_hits += known[k] as u64;
+            known.set(k, summary.is_some());
+            self.counters.guide_hits += summary.is_some() as u64;
             packet.guided[k] = Some(Guided { key: place.recorded, summary });
         }
-        for k in each(&known) {
+        for k in each(known) {
             self.take_directions(guide, packet, k, normals.get(k), depth);
         }
         packet.resolve_trees();
@@ -64,7 +66,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let (Some(bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdfs.get(k), packet.guided[k]) else {
             return;
         };
-        self.expect(guide, summary, &bsdf, depth, packet.kept[k]);
+        self.expect(guide, summary, &bsdf, depth, packet.ray(k));
         if !Mixture::guides(&bsdf, self.product()) {
             return;
         }
@@ -92,12 +94,12 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 
     /// Keeps what the table expects of going on from a vertex that is kept for learning.
     #[inline]
-    fn expect(&mut self, guide: GuideUse, summary: &Summary, bsdf: &Bsdf, depth: u32, kept: u32) {
+    fn expect(&mut self, guide: GuideUse, summary: &Summary, bsdf: &Bsdf, depth: u32, i: usize) {
         let Some(reflectance) = bsdf.lambertian().filter(|_| self.learn) else { return };
         let (rule, blend) = (guide.settings.rule_in_use(), guide.settings.blend_visits);
         let known = (summary.irradiance, summary.peak, summary.visits);
         let expected = Expectation::new(rule, blend, known, reflectance);
-        self.batch.vertices[depth as usize - 1][kept as usize].expected = expected;
+        self.batch.vertices[depth as usize - 1].expected[i] = expected.unwrap_or(Expectation::NONE);
     }
 
     /// Whether directions are drawn from the product of guide and BSDF.
@@ -138,7 +140,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         };
         let paths = &self.batch.wave.paths;
         let reflected = luminance(paths.throughput(packet.ray(k)) * albedo);
-        efficiency.paths(summary, reflected, self.pixel(paths.slot[packet.ray(k)]), max_split)
+        efficiency.paths(summary, reflected, self.pixel(paths.slot(packet.ray(k))), max_split)
     }
 
     /// The pixel of a path, row by row over the film.
@@ -152,16 +154,10 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 }
 
 /// What is to be learnt of a direction. The weight is that of the draw, before roulette and splitting.
-/// `wi` and the normal come packed.
-#[inline(always)]
-pub(super) fn edge(
-    packet: &Packet,
-    k: usize,
-    next: &DirectionSample,
-    [wi, normal]: [PackedDirection; 2],
-    albedo: f32,
-) -> Option<Edge> {
+#[inline]
+pub(super) fn edge(packet: &Packet, k: usize, next: &DirectionSample, albedo: f32) -> Option<Edge> {
     let (guided, pdf) = (packet.guided[k]?, next.pdf?);
+    let [wi, normal] = [next.wi, packet.surfaces.facing_normal(k)].map(PackedDirection::new);
     Some(Edge {
         key: guided.key,
         wi,
@@ -169,6 +165,37 @@ pub(super) fn edge(
         pdf: pdf.mixture,
         bsdf_pdf: pdf.bsdf,
         guide_pdf: pdf.guide,
-        scattered: if packet.guides(k) { luminance(next.weight) * pdf.mixture / albedo } else { 0.0 },
+        scattered: if packet.guides(k) { scattered(next.weight, pdf.mixture, albedo) } else { 0.0 },
     })
+}
+
+/// How paths come to their next vertices where a packet has drawn side by side, which a guide can help all of; with the
+/// weights of these branches.
+#[inline(always)]
+pub(super) fn edges(packet: &Packet, proposals: &Proposals, weight: &Vec3Lanes, albedo: &Lanes) -> ArrivalLanes {
+    let mut normals = Vec3Lanes::ZERO;
+    packet.surfaces.facing_normals(&mut normals);
+    let mut arrivals = ArrivalLanes {
+        parent: packet.rays(),
+        teaches: [0; LANES],
+        weight: *weight,
+        key: [0; LANES],
+        wi: PackedDirection::of_lanes(&proposals.dir),
+        normal: PackedDirection::of_lanes(&normals),
+        pdf: proposals.mixture,
+        bsdf_pdf: proposals.bsdf,
+        guide_pdf: proposals.guide,
+        scattered: [0.0; LANES],
+    };
+    for k in 0..LANES {
+        (arrivals.teaches[k], arrivals.key[k]) = packet.guided[k].map_or((0, 0), |guided| (1, guided.key.0));
+        arrivals.scattered[k] = scattered(proposals.weight.get(k), proposals.mixture[k], albedo[k]);
+    }
+    arrivals
+}
+
+/// Luminance of f·|cosθ| over that of the albedo, by the weight of a draw.
+#[inline(always)]
+fn scattered(weight: Rgb, pdf: f32, albedo: f32) -> f32 {
+    luminance(weight) * pdf / albedo
 }

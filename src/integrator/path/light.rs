@@ -3,10 +3,11 @@
 
 use super::packet::Packet;
 use super::{Probe, Stage, Walk, Wave};
-use crate::embree::Ray;
+use crate::embree::{Packing, RayRows};
 use crate::geometry::SurfaceInteraction;
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Vec3Lanes, each, mask};
+use crate::integrator::batch::NextEventLanes;
+use crate::math::lanes::{LANES, Mask, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
 impl<P: Probe> Walk<'_, '_, P> {
@@ -22,9 +23,9 @@ impl<P: Probe> Walk<'_, '_, P> {
         let mut weight = [1.0; LANES];
         let lights = &packet.lights;
         if self.integrator.settings.mis {
+            let delta = lights.delta.lanes();
             for k in 0..LANES {
-                let found = power_heuristic(lights.pdf[k], pdf[k]);
-                weight[k] = if lights.delta[k] { 1.0 } else { found };
+                weight[k] = pick(delta.has(k), 1.0, power_heuristic(lights.pdf[k], pdf[k]));
             }
         }
         let [mut local, mut brought] = [Vec3Lanes::ZERO; 2];
@@ -35,24 +36,20 @@ impl<P: Probe> Walk<'_, '_, P> {
         }
         let (mut org, mut dir, mut tfar) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO, [0.0; LANES]);
         lights.shadow_rays(&packet.surfaces, &mut org, &mut dir, &mut tfar);
-        for k in each(&mask(|k| (lights.pdf[k] > 0.0) & (local.get(k) != Rgb::ZERO))) {
-            let b = &mut *self.batch;
-            b.shadow_rays.push(&Ray { org: org.get(k), dir: dir.get(k), tfar: tfar[k] });
-            b.next_events.slot.push(b.wave.paths.slot[packet.ray(k)]);
-            b.next_events.contribution.push(brought.get(k));
-            if self.learn {
-                b.next_events.local.push((local.get(k), packet.kept[k]));
-            }
-        }
+        let asks = mask(|k| (lights.pdf[k] > 0.0) & (local.get(k) != Rgb::ZERO));
+        let b = &mut *self.batch;
+        let packing = Packing::new(asks.bits(), b.shadow_rays.len());
+        b.shadow_rays.pack(&packing, &RayRows { org: org.rows(), dir: dir.rows(), tfar: &tfar });
+        let (slot, vertex) = (b.wave.paths.packet(packet.ray(0)).slot, packet.rays());
+        b.next_events.pack(&packing, &NextEventLanes { slot, contribution: brought, local, vertex }, self.learn);
     }
 
     fn draw_lights(&self, packet: &mut Packet) {
         let lights = self.integrator.scene.lights();
         let lit = packet.smooth();
-        let u_choice = packet.rng.f64(&lit);
-        let u = [packet.rng.f32(&lit), packet.rng.f32(&lit)];
+        let (u_choice, u) = packet.rng.f64_f32x2(lit);
         let Packet { surfaces, lights: drawn, .. } = packet;
-        drawn.choose(&lit, lights, surfaces.places(), &u_choice, &u);
+        drawn.choose(lit, lights, surfaces.places(), &u_choice, &u);
         drawn.resolve(surfaces.places(), &u);
     }
 
@@ -60,14 +57,13 @@ impl<P: Probe> Walk<'_, '_, P> {
     pub(super) fn add_next_events(&mut self, depth: usize) {
         self.probe.stage(Stage::NextEvent);
         let b = &mut *self.batch;
-        for k in 0..b.shadow_rays.len() {
-            if b.shadow_rays.occluded(k) {
-                continue;
-            }
-            b.radiance[b.next_events.slot[k] as usize] += b.next_events.contribution[k];
-            if self.learn {
-                let (local, vertex) = b.next_events.local[k];
-                b.vertices[depth - 1][vertex as usize].local += local;
+        for first in (0..b.shadow_rays.len()).step_by(LANES) {
+            let events = &b.next_events.packets[first / LANES];
+            for k in each(Mask::from_bits(b.shadow_rays.open(first))) {
+                b.radiance[events.slot[k] as usize] += events.contribution.get(k);
+                if self.learn {
+                    b.vertices[depth - 1].local[events.vertex[k] as usize] += events.local.get(k);
+                }
             }
         }
     }

@@ -3,24 +3,17 @@
 use super::{Probe, Stage, Walk};
 use crate::film::tile::{Features, TileSamples};
 use crate::guiding::Recorder;
-use crate::integrator::backup::{self, Vertex};
+use crate::integrator::backup::{self, Vertices};
 use crate::integrator::batch::{Batch, BatchResult};
 use crate::math::{Rgb, luminance};
 
 impl<P: Probe> Walk<'_, '_, P> {
-    /// Keeps the vertex of ray `i` for learning, which adds `local` itself; returns its place among those of its wave.
+    /// Keeps for learning what the vertex of ray `i` sends along it by itself.
     #[inline]
-    pub(super) fn log(&mut self, i: usize, depth: u32, local: Rgb) -> u32 {
-        if !self.learn {
-            return 0;
+    pub(super) fn keep_local(&mut self, i: usize, depth: u32, local: Rgb) {
+        if self.learn {
+            self.batch.vertices[depth as usize - 1].local[i] = local;
         }
-        self.probe.step(Stage::Record);
-        let arrival = self.batch.wave.paths.arrival[i];
-        let wave = &mut self.batch.vertices[depth as usize - 1];
-        wave.push(Vertex { arrival, local, expected: None });
-        let place = wave.len() as u32 - 1;
-        self.probe.step(Stage::Shade);
-        place
     }
 
     pub(super) fn record(&mut self) -> Option<Recorder> {
@@ -32,7 +25,7 @@ impl<P: Probe> Walk<'_, '_, P> {
         let b = &mut *self.batch;
         backup::record(&b.vertices, &mut b.followed, &mut recorder);
         b.points.drain(..).for_each(|(p, n)| recorder.push_point(p, n));
-        b.vertices.iter_mut().for_each(Vec::clear);
+        b.vertices.iter_mut().for_each(Vertices::clear);
         Some(recorder)
     }
 

@@ -6,7 +6,7 @@ use crate::geometry::Surfaces;
 use crate::guiding::{GuideLanes, GuidingDistribution, Node};
 use crate::integrator::mixture::{Densities, Mixture};
 use crate::light::LightSamples;
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
 use crate::math::{Rgb, rng::RngLanes};
 use glam::Vec3;
 
@@ -19,8 +19,6 @@ pub(super) struct Packet<'a> {
     /// How surfaces scatter, where paths may go on.
     pub bsdfs: BsdfLanes<'a>,
     pub guided: [Option<Guided<'a>>; LANES],
-    /// Where each vertex is kept for learning, by its place in its wave.
-    pub kept: [u32; LANES],
     /// Where the guide can help: its directions, where these are no tree, and the share that the BSDF keeps.
     led: Mask,
     directions: [Option<GuidingDistribution<'a>>; LANES],
@@ -38,8 +36,7 @@ impl<'a> Packet<'a> {
             surfaces: Surfaces::new(),
             bsdfs: BsdfLanes::new(),
             guided: [None; LANES],
-            kept: [0; LANES],
-            led: [false; LANES],
+            led: Mask::NONE,
             directions: [const { None }; LANES],
             bsdf_fraction: [1.0; LANES],
             trees: GuideLanes::new(),
@@ -52,7 +49,7 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub fn begin(&mut self, first: usize, rng: RngLanes) {
         (self.first, self.rng) = (first, rng);
-        (self.led, self.bsdf_fraction) = ([false; LANES], [1.0; LANES]);
+        (self.led, self.bsdf_fraction) = (Mask::NONE, [1.0; LANES]);
         self.bsdfs.clear();
         self.trees.clear();
         self.lights.clear();
@@ -64,9 +61,19 @@ impl<'a> Packet<'a> {
         self.first + k
     }
 
+    /// The same of all rays.
+    #[inline(always)]
+    pub fn rays(&self) -> [u32; LANES] {
+        let mut rays = [0; LANES];
+        for k in 0..LANES {
+            rays[k] = (self.first + k) as u32;
+        }
+        rays
+    }
+
     /// Where rays met something.
     #[inline(always)]
-    pub fn met(&self) -> &Mask {
+    pub fn met(&self) -> Mask {
         self.surfaces.met()
     }
 
@@ -74,8 +81,7 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub fn albedo(&self, albedo: &mut Vec3Lanes) {
         self.bsdfs.diffuse().albedo(self.surfaces.wo_locals(), albedo);
-        let (scatters, diffuse) = (self.bsdfs.are(), self.bsdfs.diffuse().are());
-        for k in each(&mask(|k| scatters[k] & !diffuse[k])) {
+        for k in each(self.bsdfs.are() & !self.bsdfs.diffuse().are()) {
             if let Some(bsdf) = self.bsdfs.get(k) {
                 albedo.set(k, bsdf.albedo(self.surfaces.wo_local(k)));
             }
@@ -85,9 +91,9 @@ impl<'a> Packet<'a> {
     /// Where surfaces have smooth lobes: only there can next-event estimation or a guide help.
     #[inline(always)]
     pub fn smooth(&self) -> Mask {
-        let (scatters, mut smooth) = (self.bsdfs.are(), *self.bsdfs.diffuse().are());
-        for k in each(&mask(|k| scatters[k] & !smooth[k])) {
-            smooth[k] = self.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth());
+        let mut smooth = self.bsdfs.diffuse().are();
+        for k in each(self.bsdfs.are() & !smooth) {
+            smooth.set(k, self.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth()));
         }
         smooth
     }
@@ -95,19 +101,21 @@ impl<'a> Packet<'a> {
     /// Whether a guide can help at vertex `k`, drawn from as it is.
     #[inline(always)]
     pub fn guides(&self, k: usize) -> bool {
-        self.bsdfs.diffuse().are()[k] || self.bsdfs.get(k).is_some_and(|bsdf| Mixture::guides(&bsdf, false))
+        self.bsdfs.diffuse().are().has(k) || self.bsdfs.get(k).is_some_and(|bsdf| Mixture::guides(&bsdf, false))
     }
 
     /// Takes the guide's directions at vertex `k` and the share that the BSDF keeps.
     pub fn lead(&mut self, k: usize, directions: GuidingDistribution<'a>, bsdf_fraction: f32) {
-        (self.led[k], self.directions[k], self.bsdf_fraction[k]) = (true, Some(directions), bsdf_fraction);
+        self.led.set(k, true);
+        (self.directions[k], self.bsdf_fraction[k]) = (Some(directions), bsdf_fraction);
     }
 
     /// The same where they are a tree, over the hemisphere of `normal`. [`Self::resolve_trees`] is to follow.
     #[inline(always)]
     pub fn lead_by_tree(&mut self, k: usize, (normal, nodes): (Vec3, &'a [Node]), bsdf_fraction: f32) {
         self.trees.set(k, normal, nodes);
-        (self.led[k], self.bsdf_fraction[k]) = (true, bsdf_fraction);
+        self.led.set(k, true);
+        self.bsdf_fraction[k] = bsdf_fraction;
     }
 
     /// All trees were taken.
@@ -129,15 +137,14 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub fn with_mixture<R>(&self, k: usize, use_it: impl FnOnce(&Mixture) -> R) -> Option<R> {
         let (bsdf, tree) = (self.bsdfs.get(k)?, self.trees.get(k));
-        let guide = tree.as_ref().or(self.directions[k].as_ref()).filter(|_| self.led[k]);
+        let guide = tree.as_ref().or(self.directions[k].as_ref()).filter(|_| self.led.has(k));
         Some(use_it(&Mixture::new(&bsdf, guide, self.bsdf_fraction[k])))
     }
 
     /// Where directions are drawn by Lambert's law, alone or with a tree: both are known side by side.
     #[inline(always)]
     pub fn wide(&self) -> Mask {
-        let (diffuse, trees) = (self.bsdfs.diffuse().are(), self.trees.are());
-        mask(|k| diffuse[k] & (!self.led[k] | trees[k]))
+        self.bsdfs.diffuse().are() & (!self.led | self.trees.are())
     }
 
     /// [`Mixture::eval_pdf`] towards the lights that were drawn. Any where there are none.
@@ -148,14 +155,14 @@ impl<'a> Packet<'a> {
         self.bsdfs.diffuse().eval_pdf(surfaces.wo_locals(), &local, f, pdf);
         for k in 0..LANES {
             let lit = surfaces.consistent(k, wi.get(k));
-            f.set(k, if lit { f.get(k) } else { Rgb::ZERO });
-            pdf[k] = if lit { pdf[k] } else { 0.0 };
+            f.set(k, pick(lit, f.get(k), Rgb::ZERO));
+            pdf[k] = pick(lit, pdf[k], 0.0);
         }
         if self.trees.any() {
             self.mix_trees(f, pdf);
         }
-        let (drawn, wide) = (&self.lights.pdf, self.wide());
-        for k in each(&mask(|k| (drawn[k] > 0.0) & !wide[k])) {
+        let drawn = &self.lights.pdf;
+        for k in each(mask(|k| drawn[k] > 0.0) & !self.wide()) {
             let (si, wo, wi) = (surfaces.get(k), surfaces.wo_local(k), wi.get(k));
             if let Some((value, density)) = self.with_mixture(k, |mixture| mixture.eval_pdf(&si, wo, wi)) {
                 f.set(k, value);
@@ -169,9 +176,10 @@ impl<'a> Packet<'a> {
     fn mix_trees(&self, f: &Vec3Lanes, pdf: &mut Lanes) {
         let mut guide = [0.0; LANES];
         self.trees.pdf(&self.lights.wi, &mut guide);
+        let trees = self.trees.are().lanes();
         for k in 0..LANES {
             let mixed = Densities::mixed(self.bsdf_fraction[k], pdf[k], guide[k]).mixture;
-            pdf[k] = if self.trees.are()[k] & (f.get(k) != Rgb::ZERO) { mixed } else { pdf[k] };
+            pdf[k] = pick(trees.has(k) & (f.get(k) != Rgb::ZERO), mixed, pdf[k]);
         }
     }
 }

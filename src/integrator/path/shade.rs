@@ -1,16 +1,15 @@
 //! What happens at the vertices of a wave, narrated: a packet at a time, step by step.
 
-use super::guided::edge;
+use super::guided::{edge, edges};
 use super::packet::Packet;
 use super::{PathIntegrator, Probe, Stage, Walk};
-use crate::embree::{NOTHING, Ray};
+use crate::embree::{NOTHING, Packing, Ray, RayRows};
 use crate::film::tile::Features;
 use crate::geometry::SurfaceInteraction;
-use crate::guiding::PackedDirection;
-use crate::integrator::backup::Arrival;
-use crate::integrator::batch::PathState;
-use crate::integrator::mixture::{DirectionSample, Mixture};
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each, mask};
+use crate::integrator::arrivals::Arrival;
+use crate::integrator::batch::{PathPacket, PathState};
+use crate::integrator::mixture::Mixture;
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each, mask, pick};
 use crate::math::{Rgb, luminance, rng::Rng};
 use glam::Vec3;
 
@@ -62,21 +61,21 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let (first, rays) = (packet.ray(0), &self.batch.wave.rays);
         let (rows, left) = (rays.rows(first), (rays.len() - first) as u32);
         let present = mask(|k| (k as u32) < left);
-        let mut met = mask(|k| present[k] & (rows.geometry[k] != NOTHING));
+        let mut met = present & mask(|k| rows.geometry[k] != NOTHING);
         // at a path's end only emission counts
         if depth >= settings.max_depth && !(depth == 1 && features) {
-            for k in each(&met) {
-                met[k] = rays.hit(first + k).is_some_and(|hit| scene.emits(hit));
+            for k in each(met) {
+                met.set(k, rays.hit(first + k).is_some_and(|hit| scene.emits(hit)));
             }
         }
         packet.surfaces.begin(&rows, met);
-        for k in each(&met) {
+        for k in each(met) {
             match rows.instance[k] {
                 NOTHING => scene.meet(k, rows.geometry[k], rows.primitive[k], &mut packet.surfaces),
                 _ => _ = rays.hit(first + k).map(|hit| scene.meet_instance(k, hit, &mut packet.surfaces)),
             }
         }
-        for k in each(&mask(|k| present[k] & !met[k])) {
+        for k in each(present & !met) {
             self.leave(first + k, depth);
         }
         packet.surfaces.resolve();
@@ -88,18 +87,19 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let mut le = Rgb::ZERO;
         if rays.hit(i).is_none() {
             le = self.weigh_environment(rays.ray(i).dir, paths.pdf(i));
-            self.batch.radiance[paths.slot[i] as usize] += paths.throughput(i) * le;
+            self.batch.radiance[paths.slot(i) as usize] += paths.throughput(i) * le;
         }
-        self.log(i, depth, le);
+        self.keep_local(i, depth, le);
     }
 
     /// Takes the emission of surface `k`, and finds how it scatters, unless the path ends there.
     #[inline(always)]
     fn arrive(&mut self, packet: &mut Packet<'a>, k: usize, depth: u32) {
         let PathIntegrator { scene, settings, features, .. } = *self.integrator;
-        let (i, material) = (packet.ray(k), scene.material(packet.surfaces.material(k)));
-        let le = if material.emits() { self.take_emission(i, &packet.surfaces.get(k)) } else { Rgb::ZERO };
-        packet.kept[k] = self.log(i, depth, le);
+        let material = scene.material(packet.surfaces.material(k));
+        if material.emits() {
+            self.take_emission(packet.ray(k), depth, &packet.surfaces.get(k));
+        }
         if depth == 1 && features {
             self.keep_features(packet, k);
         }
@@ -114,12 +114,12 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 
     /// What `si` sends along ray `i`, which met it; it is added to the pixel.
     #[inline(never)]
-    fn take_emission(&mut self, i: usize, si: &SurfaceInteraction) -> Rgb {
+    fn take_emission(&mut self, i: usize, depth: u32, si: &SurfaceInteraction) {
         let (le, paths) = (self.weigh_emission(i, si), &self.batch.wave.paths);
         if le != Rgb::ZERO {
-            self.batch.radiance[paths.slot[i] as usize] += paths.throughput(i) * le;
+            self.batch.radiance[paths.slot(i) as usize] += paths.throughput(i) * le;
+            self.keep_local(i, depth, le);
         }
-        le
     }
 
     #[inline(never)]
@@ -128,41 +128,39 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let bsdf = scene.bsdf(scene.material(surfaces.material(k)), surfaces.uv(k));
         let (albedo, normal) = (bsdf.albedo(surfaces.wo_local(k)), surfaces.facing_normal(k));
         let depth = self.batch.wave.rays.ray(i).tfar;
-        self.batch.features[self.batch.wave.paths.slot[i] as usize] = Features { albedo, normal, depth };
+        self.batch.features[self.batch.wave.paths.slot(i) as usize] = Features { albedo, normal, depth };
     }
 
     /// Draws where paths go on, and lays their next rays.
     fn go_on(&mut self, packet: &mut Packet<'a>, depth: u32) {
         let survival = self.survive(packet, depth);
-        let wide = packet.wide();
-        let wide = mask(|k| wide[k] & (survival.count[k] == 1));
-        let proposals = packet.propose(&wide);
+        let wide = packet.wide() & mask(|k| survival.count[k] == 1);
+        let proposals = packet.propose(wide);
+        let before = self.batch.wave.paths.packet(packet.ray(0));
         let (mut weight, mut throughput) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO);
-        let before = &self.batch.wave.paths.packet(packet.ray(0)).throughput;
         for k in 0..LANES {
             weight.set(k, proposals.weight.get(k) / survival.paths[k]);
-            throughput.set(k, before.get(k) * weight.get(k));
+            throughput.set(k, before.throughput.get(k) * weight.get(k));
         }
-        let [wi, normals] = self.packed(packet, &proposals.dir);
-        for k in each(&mask(|k| proposals.goes[k] | ((survival.count[k] > 0) & !wide[k]))) {
-            if !wide[k] {
-                self.draw(packet, k, &survival);
-                continue;
-            }
-            if self.learn {
-                let packed = [wi[k], normals[k]];
-                self.keep_arrival(packet, k, weight.get(k), &proposals.get(k), packed, survival.albedo[k]);
-            }
-            let (rng, analog) = (packet.rng.get(k), survival.analog[k]);
-            let state = PathState { throughput: throughput.get(k), rng, pdf: proposals.mixture[k], analog };
-            self.lay(packet.ray(k), proposals.org.get(k), proposals.dir.get(k), state);
+        let (rng, pdf, analog) = (packet.rng, proposals.mixture, survival.analog);
+        let paths = PathPacket { slot: before.slot, throughput, rng, pdf, analog };
+        let next = &mut self.batch.next;
+        let packing = Packing::new(proposals.goes.bits(), next.rays.len());
+        let (org, dir) = (proposals.org.rows(), proposals.dir.rows());
+        next.rays.pack(&packing, &RayRows { org, dir, tfar: &[f32::INFINITY; LANES] });
+        next.paths.pack(&packing, &paths);
+        if self.learn {
+            next.paths.arrivals.pack(&packing, &edges(packet, &proposals, &weight, &survival.albedo));
+        }
+        for k in each(mask(|k| survival.count[k] > 0) & !wide) {
+            self.draw(packet, k, &survival);
         }
     }
 
     /// Whether paths go on, and each as how many.
     #[inline(always)]
     fn survive(&self, packet: &mut Packet<'a>, depth: u32) -> Survival {
-        let (mut albedo, scatters) = (Vec3Lanes::ZERO, *packet.bsdfs.are());
+        let (mut albedo, scatters) = (Vec3Lanes::ZERO, packet.bsdfs.are());
         packet.albedo(&mut albedo);
         let before = &self.batch.wave.paths.packet(packet.ray(0)).analog;
         let mut s = Survival::default();
@@ -171,10 +169,10 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             s.albedo[k] = luminance(albedo.get(k));
         }
         s.paths = self.expected_paths(packet, &albedo, &s.analog, depth);
-        let u = packet.rng.f32(&scatters);
+        let (u, scatters) = (packet.rng.f32(scatters), scatters.lanes());
         for k in 0..LANES {
             let count = s.paths[k] as u32 + (u[k] < s.paths[k].fract()) as u32;
-            s.count[k] = if scatters[k] { count } else { 0 };
+            s.count[k] = pick(scatters.has(k), count, 0);
             s.analog[k] /= s.paths[k];
         }
         s
@@ -195,8 +193,9 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             let Some(next) = mixture.sample(&si, wo, &mut rng) else { continue };
             let weight = next.weight / paths;
             if self.learn {
-                let packed = [next.wi, packet.surfaces.facing_normal(k)].map(PackedDirection::new);
-                self.keep_arrival(packet, k, weight, &next, packed, survival.albedo[k]);
+                let edge = edge(packet, k, &next, survival.albedo[k]);
+                let arrival = Arrival { parent: i as u32, weight, edge };
+                self.batch.next.paths.arrivals.push(&arrival);
             }
             let throughput = self.batch.wave.paths.throughput(i) * weight;
             let pdf = next.pdf.map_or(f32::INFINITY, |pdf| pdf.mixture);
@@ -204,38 +203,12 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         }
     }
 
-    /// Directions and the normals on the side of the path, packed, where something is learnt of them.
-    #[inline(always)]
-    fn packed(&self, packet: &Packet, dir: &Vec3Lanes) -> [[PackedDirection; LANES]; 2] {
-        if !self.learn {
-            return Default::default();
-        }
-        let mut normals = Vec3Lanes::ZERO;
-        packet.surfaces.facing_normals(&mut normals);
-        [PackedDirection::of_lanes(dir), PackedDirection::of_lanes(&normals)]
-    }
-
-    /// Keeps how the path comes to its next vertex, with the weight of this branch of it.
-    #[inline(always)]
-    fn keep_arrival(
-        &mut self,
-        packet: &Packet,
-        k: usize,
-        weight: Rgb,
-        next: &DirectionSample,
-        packed: [PackedDirection; 2],
-        albedo: f32,
-    ) {
-        let edge = edge(packet, k, next, packed, albedo);
-        self.batch.next.paths.arrival.push(Arrival { parent: packet.kept[k], weight, edge });
-    }
-
     /// Lays the next ray of path `i`, with what it carries.
     #[inline(always)]
     fn lay(&mut self, i: usize, org: Vec3, dir: Vec3, state: PathState) {
         let b = &mut *self.batch;
         b.next.rays.push(&Ray { org, dir, tfar: f32::INFINITY });
-        b.next.paths.push(b.wave.paths.slot[i], state);
+        b.next.paths.push(b.wave.paths.slot(i), state);
     }
 }
 

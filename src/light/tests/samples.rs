@@ -36,7 +36,7 @@ fn lights_of_a_packet_are_those_of_single_draws() {
                 *single = lights.sample(surfaces.p(k), u_choice[k], [u[0][k], u[1][k]]);
             }
         }
-        drawn.choose(&mask(|k| k % 5 != 4), &lights, surfaces.places(), &u_choice, &u);
+        drawn.choose(mask(|k| k % 5 != 4), &lights, surfaces.places(), &u_choice, &u);
         drawn.resolve(surfaces.places(), &u);
         let (mut org, mut dir, mut tfar) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO, [0.0; LANES]);
         drawn.shadow_rays(&surfaces, &mut org, &mut dir, &mut tfar);
@@ -47,7 +47,7 @@ fn lights_of_a_packet_are_those_of_single_draws() {
                 continue;
             };
             assert_eq!((drawn.wi.get(k), drawn.radiance.get(k)), (light.wi, light.radiance));
-            assert_eq!((drawn.pdf[k], drawn.delta[k]), (light.pdf, light.delta));
+            assert_eq!((drawn.pdf[k], drawn.delta.has(k)), (light.pdf, light.delta));
             let ray = light.shadow_ray(surfaces.get(k).spawn(light.wi));
             assert_eq!((org.get(k), dir.get(k), tfar[k]), (ray.org, ray.dir, ray.tfar));
             lit += 1;

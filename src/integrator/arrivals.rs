@@ -1,0 +1,150 @@
+//! How paths came to the vertices of a wave, where something is learnt: a packet's side by side, packed like its rays.
+
+use crate::embree::Packing;
+use crate::guiding::{PackedDirection, StateKey};
+use crate::math::Rgb;
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+
+/// How a path came to a vertex: the direction in which it left the last one, where something can be learnt there.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge {
+    pub key: StateKey,
+    pub wi: PackedDirection,
+    /// Shading normal of the last vertex on the side of the path.
+    pub normal: PackedDirection,
+    /// Densities of `wi`: of the mixture, of the BSDF alone, of the guide alone (negative where it knew nothing).
+    pub pdf: f32,
+    pub bsdf_pdf: f32,
+    pub guide_pdf: f32,
+    /// Luminance of f·|cosθ| over that of the albedo.
+    pub scattered: f32,
+}
+
+/// The way from one vertex to the next.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// The last vertex, by its place in its wave.
+    pub parent: u32,
+    /// f·|cosθ|/p of the direction, roulette and splitting included.
+    pub weight: Rgb,
+    pub edge: Option<Edge>,
+}
+
+/// The same for a packet, side by side.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub struct ArrivalLanes {
+    pub parent: [u32; LANES],
+    /// 1 where something is to be learnt of the edge.
+    pub teaches: [u32; LANES],
+    pub weight: Vec3Lanes,
+    pub key: [u64; LANES],
+    /// As [`PackedDirection::bits`].
+    pub wi: [u32; LANES],
+    pub normal: [u32; LANES],
+    pub pdf: Lanes,
+    pub bsdf_pdf: Lanes,
+    pub guide_pdf: Lanes,
+    pub scattered: Lanes,
+}
+
+impl ArrivalLanes {
+    /// From nowhere, with nothing to learn: paths begin so.
+    pub const NONE: ArrivalLanes = ArrivalLanes {
+        parent: [u32::MAX; LANES],
+        teaches: [0; LANES],
+        weight: Vec3Lanes::ZERO,
+        key: [0; LANES],
+        wi: [0; LANES],
+        normal: [0; LANES],
+        pdf: [0.0; LANES],
+        bsdf_pdf: [0.0; LANES],
+        guide_pdf: [0.0; LANES],
+        scattered: [0.0; LANES],
+    };
+
+    fn set(&mut self, k: usize, arrival: &Arrival) {
+        self.parent[k] = arrival.parent;
+        self.teaches[k] = arrival.edge.is_some() as u32;
+        self.weight.set(k, arrival.weight);
+        if let Some(Edge { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered }) = arrival.edge {
+            (self.key[k], self.wi[k], self.normal[k]) = (key.0, wi.bits(), normal.bits());
+            (self.pdf[k], self.bsdf_pdf[k], self.guide_pdf[k]) = (pdf, bsdf_pdf, guide_pdf);
+            self.scattered[k] = scattered;
+        }
+    }
+
+    #[inline(always)]
+    fn edge(&self, k: usize) -> Option<Edge> {
+        (self.teaches[k] != 0).then(|| Edge {
+            key: StateKey(self.key[k]),
+            wi: PackedDirection::from_bits(self.wi[k]),
+            normal: PackedDirection::from_bits(self.normal[k]),
+            pdf: self.pdf[k],
+            bsdf_pdf: self.bsdf_pdf[k],
+            guide_pdf: self.guide_pdf[k],
+            scattered: self.scattered[k],
+        })
+    }
+
+    #[inline(always)]
+    fn pack(&self, packing: &Packing, [first, second]: [&mut ArrivalLanes; 2]) {
+        packing.put(&self.parent, [&mut first.parent, &mut second.parent]);
+        packing.put(&self.teaches, [&mut first.teaches, &mut second.teaches]);
+        self.weight.pack(packing, [&mut first.weight, &mut second.weight]);
+        packing.put(&self.key, [&mut first.key, &mut second.key]);
+        packing.put(&self.wi, [&mut first.wi, &mut second.wi]);
+        packing.put(&self.normal, [&mut first.normal, &mut second.normal]);
+        packing.put(&self.pdf, [&mut first.pdf, &mut second.pdf]);
+        packing.put(&self.bsdf_pdf, [&mut first.bsdf_pdf, &mut second.bsdf_pdf]);
+        packing.put(&self.guide_pdf, [&mut first.guide_pdf, &mut second.guide_pdf]);
+        packing.put(&self.scattered, [&mut first.scattered, &mut second.scattered]);
+    }
+}
+
+/// The arrivals of a wave, in the order of its rays.
+#[derive(Debug, Default)]
+pub struct Arrivals {
+    packets: Vec<ArrivalLanes>,
+    len: usize,
+}
+
+impl Arrivals {
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// So many from nowhere.
+    pub fn begin(&mut self, len: usize) {
+        self.packets.clear();
+        self.packets.resize(len.div_ceil(LANES), ArrivalLanes::NONE);
+        self.len = len;
+    }
+
+    pub fn push(&mut self, arrival: &Arrival) {
+        let packet = self.len / LANES;
+        if packet == self.packets.len() {
+            self.packets.push(ArrivalLanes::NONE);
+        }
+        self.packets[packet].set(self.len % LANES, arrival);
+        self.len += 1;
+    }
+
+    /// Adds those of a packet that `packing`, made for this length, has chosen.
+    #[inline(always)]
+    pub fn pack(&mut self, packing: &Packing, arrivals: &ArrivalLanes) {
+        arrivals.pack(packing, packing.packets(&mut self.packets, || ArrivalLanes::NONE));
+        self.len += packing.count();
+    }
+
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> Arrival {
+        debug_assert!(i < self.len);
+        let (packet, k) = (&self.packets[i / LANES], i % LANES);
+        Arrival { parent: packet.parent[k], weight: packet.weight.get(k), edge: packet.edge(k) }
+    }
+}
