@@ -13,12 +13,7 @@ pub struct BsdfLanes<'s> {
 
 impl<'s> BsdfLanes<'s> {
     pub fn new() -> BsdfLanes<'s> {
-        BsdfLanes {
-            are: Mask::NONE,
-            model: [None; LANES],
-            colors: [Vec3Lanes::ZERO; 2],
-            diffuse: DiffuseLanes::new(),
-        }
+        BsdfLanes { are: Mask::NONE, model: [None; LANES], colors: [Vec3Lanes::ZERO; 2], diffuse: DiffuseLanes::new() }
     }
 
     /// Forgets all.

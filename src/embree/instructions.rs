@@ -3,7 +3,12 @@
 
 /// With AVX-512. Rows are taken in halves of 32 bytes, as they are written where compilers prefer such vectors: a wider load
 /// of what narrower stores have just left waits for them.
-#[cfg(all(target_arch = "x86_64", target_feature = "avx512f", target_feature = "avx512vl", target_feature = "avx512dq"))]
+#[cfg(all(
+    target_arch = "x86_64",
+    target_feature = "avx512f",
+    target_feature = "avx512vl",
+    target_feature = "avx512dq"
+))]
 mod lanes {
     use std::arch::x86_64::*;
 

@@ -159,3 +159,39 @@ fn an_empty_scene_has_no_bounds_and_no_hits() {
     assert!(scene.bounds().is_none());
     assert!(scene.intersect(&Ray { org: Vec3::ZERO, dir: Vec3::X, tfar: f32::INFINITY }).is_none());
 }
+
+#[test]
+fn packed_rays_are_those_that_are_pushed_one_by_one() {
+    let ray = |x: f32| Ray { org: Vec3::splat(x), dir: Vec3::new(1.0, x, -x), tfar: 2.0 * x };
+    let (mut hits, mut shadows) = (<HitBatch>::with_capacity(0), <ShadowBatch>::with_capacity(0));
+    let mut expected = Vec::new();
+    for (round, chosen) in [0xffff, 0, 0b1011, 0x8421, 0xfffe, 0x7fff, 1].into_iter().enumerate() {
+        let rays: [Ray; 16] = std::array::from_fn(|k| ray((16 * round + k) as f32));
+        let row = |part: fn(&Ray) -> f32| rays.each_ref().map(part);
+        let (org, tfar) = (row(|r| r.org.x), row(|r| r.tfar));
+        let dir = [row(|r| r.dir.x), row(|r| r.dir.y), row(|r| r.dir.z)];
+        let rows = RayRows { org: [&org; 3], dir: dir.each_ref(), tfar: &tfar };
+        let packing = Packing::new(chosen, hits.len());
+        assert_eq!(packing.count(), chosen.count_ones() as usize);
+        hits.pack(&packing, &rows);
+        shadows.pack(&packing, &rows);
+        expected.extend((0..16).filter(|k| chosen >> k & 1 == 1).map(|k| rays[k]));
+        // one by one among packed ones
+        hits.push(&ray(-1.0));
+        shadows.push(&ray(-1.0));
+        expected.push(ray(-1.0));
+    }
+    assert_eq!((hits.len(), shadows.len()), (expected.len(), expected.len()));
+    for (i, ray) in expected.iter().enumerate() {
+        for found in [hits.ray(i), shadows.ray(i)] {
+            assert_eq!((found.org, found.dir, found.tfar), (ray.org, ray.dir, ray.tfar));
+        }
+        assert!(hits.hit(i).is_none());
+    }
+    let open: u32 = (0..shadows.len()).step_by(16).map(|first| shadows.open(first).count_ones()).sum();
+    assert_eq!(
+        open as usize,
+        shadows.len(),
+        "nothing lies on rays that were not traced, and what is beyond the last is none"
+    );
+}

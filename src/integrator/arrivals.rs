@@ -148,3 +148,35 @@ impl Arrivals {
         Arrival { parent: packet.parent[k], weight: packet.weight.get(k), edge: packet.edge(k) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn packed_arrivals_are_those_that_were_put_in() {
+        let arrival = |k: u32| {
+            let key = StateKey((k as u64) << 33 | 1);
+            let [wi, normal] = [Vec3::X, Vec3::NEG_Y].map(PackedDirection::new);
+            let [pdf, bsdf_pdf, guide_pdf, scattered] = [1.0, 2.0, 3.0, 4.0].map(|times| times * k as f32);
+            let edge = Edge { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered };
+            Arrival { parent: 100 + k, weight: Rgb::splat(k as f32), edge: (!k.is_multiple_of(3)).then_some(edge) }
+        };
+        let mut lanes = ArrivalLanes::NONE;
+        (0..LANES).for_each(|k| lanes.set(k, &arrival(k as u32)));
+        let (mut arrivals, mut expected) = (Arrivals::default(), Vec::new());
+        for chosen in [0b1010_0101, 0xffff, 0, 0xfffe, 0x7fff] {
+            arrivals.pack(&Packing::new(chosen, arrivals.len()), &lanes);
+            expected.extend((0..16).filter(|k| chosen >> k & 1 == 1).map(arrival));
+            arrivals.push(&arrival(20));
+            expected.push(arrival(20));
+        }
+        assert_eq!(arrivals.len(), expected.len());
+        for (i, expected) in expected.iter().enumerate() {
+            assert_eq!(format!("{:?}", arrivals.get(i)), format!("{expected:?}"));
+        }
+        arrivals.begin(3);
+        assert!((0..3).all(|i| arrivals.get(i).edge.is_none() && arrivals.get(i).parent == u32::MAX));
+    }
+}

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::guiding::recorder::SHARDS;
+use crate::guiding::{PackedDirection, StateKey};
 use glam::Vec3;
 
 fn edge(key: u64) -> Option<Edge> {
@@ -10,8 +11,23 @@ fn edge(key: u64) -> Option<Edge> {
     Some(Edge { key: StateKey(key), wi, normal, pdf: 0.5, bsdf_pdf: 0.75, guide_pdf: -1.0, scattered })
 }
 
+type Vertex = (Arrival, Rgb, Option<Expectation>);
+
 fn vertex(parent: u32, weight: f32, edge: Option<Edge>, local: f32, expected: Option<Expectation>) -> Vertex {
-    Vertex { arrival: Arrival { parent, weight: Rgb::splat(weight), edge }, local: Rgb::splat(local), expected }
+    (Arrival { parent, weight: Rgb::splat(weight), edge }, Rgb::splat(local), expected)
+}
+
+fn record_all(waves: &[Vec<Vertex>], buffers: &mut [Vec<Followed>; 2], recorder: &mut Recorder) {
+    let wave = |wave: &Vec<Vertex>| {
+        let (mut arrivals, mut vertices) = (Arrivals::default(), Vertices::default());
+        wave.iter().for_each(|(arrival, ..)| arrivals.push(arrival));
+        vertices.begin(&mut arrivals);
+        for (i, &(_, local, expected)) in wave.iter().enumerate() {
+            (vertices.local[i], vertices.expected[i]) = (local, expected.unwrap_or(Expectation::NONE));
+        }
+        vertices
+    };
+    record(&waves.iter().map(wave).collect::<Vec<_>>(), buffers, recorder);
 }
 
 /// What a rule expects of a grey surface of albedo 1/2 under an irradiance of 4π (a peak of 6π), after 30 visits.
@@ -33,7 +49,7 @@ fn learnt(x: Option<Expectation>, y: Option<Expectation>) -> Vec<(u64, f32, f32)
     let mut recorder = Recorder::new();
     // memory that an earlier batch has left behind
     let rest = || vec![Followed { radiance: Rgb::splat(1e9), rays: 1e9 }; 3];
-    record(&waves, &mut [rest(), rest()], &mut recorder);
+    record_all(&waves, &mut [rest(), rest()], &mut recorder);
     let all = (0..SHARDS).flat_map(|shard| recorder.shard(shard));
     let mut all: Vec<(u64, f32, f32)> = all.map(|t| (t.key.0, t.target, t.rays)).collect();
     all.sort_by_key(|(key, ..)| *key);
@@ -85,7 +101,7 @@ fn parts_of_a_split_add_up() {
         ],
     ];
     let mut recorder = Recorder::new();
-    record(&waves, &mut [Vec::new(), Vec::new()], &mut recorder);
+    record_all(&waves, &mut [Vec::new(), Vec::new()], &mut recorder);
     let found = (0..SHARDS).flat_map(|shard| recorder.shard(shard)).find(|t| t.key == StateKey(1)).unwrap();
     assert!((found.target - (0.5 + 0.5 + 0.5 + 4.0)).abs() < 1e-5 && found.rays == 4.0, "{found:?}");
     let Transition { pdf, bsdf_pdf, guide_pdf, scattered, .. } = *found;
@@ -100,7 +116,7 @@ fn what_is_not_finite_is_not_learnt() {
             vec![vertex(0, 1.0, edge(1), bad, None), vertex(1, 1.0, edge(2), 1.0, None)],
         ];
         let mut recorder = Recorder::new();
-        record(&waves, &mut [Vec::new(), Vec::new()], &mut recorder);
+        record_all(&waves, &mut [Vec::new(), Vec::new()], &mut recorder);
         assert_eq!(recorder.len(), 1);
     }
 }

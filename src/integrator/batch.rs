@@ -196,12 +196,8 @@ impl NextEvents {
 }
 
 impl NextEventLanes {
-    pub const EMPTY: NextEventLanes = NextEventLanes {
-        slot: [0; LANES],
-        contribution: Vec3Lanes::ZERO,
-        local: Vec3Lanes::ZERO,
-        vertex: [0; LANES],
-    };
+    pub const EMPTY: NextEventLanes =
+        NextEventLanes { slot: [0; LANES], contribution: Vec3Lanes::ZERO, local: Vec3Lanes::ZERO, vertex: [0; LANES] };
 }
 
 /// Scratch memory for one batch at a time; a worker keeps it from task to task.
@@ -220,6 +216,8 @@ pub struct Batch {
     /// As much of it as no bounce brought; empty where not asked for, or no path came so far.
     pub(super) direct: Vec<Rgb>,
     pub(super) features: Vec<Features>,
+    /// By path, 1 over the luminance expected of its pixel, where guided roulette goes by it.
+    pub(super) inverse_luminance: Vec<f32>,
 }
 
 impl Batch {
@@ -235,6 +233,7 @@ impl Batch {
             radiance: Vec::new(),
             direct: Vec::new(),
             features: Vec::new(),
+            inverse_luminance: Vec::new(),
         }
     }
 }

@@ -62,6 +62,7 @@ impl PathIntegrator<'_> {
             jitter: [0.5; 3],
         };
         walk.generate();
+        walk.weigh_pixels();
         walk.advance(1);
         let recording = Instant::now();
         let recorder = walk.record();
@@ -100,6 +101,7 @@ impl PathIntegrator<'_> {
         let counters = Counters::default();
         let (probe, jitter) = (&mut (), [0.5; 3]);
         let mut walk = Walk { integrator: self, task: &task, batch, probe, counters, learn: false, jitter };
+        walk.weigh_pixels();
         walk.advance(2);
         walk.batch.radiance.clone()
     }

@@ -1,6 +1,7 @@
 //! How many paths go on from a vertex: none, one, or several.
 
 use crate::guiding::Summary;
+use crate::math::lanes::pick;
 
 /// Survival of roulette at most, so that no path between mirrors runs for ever.
 pub const MAX_SURVIVAL: f32 = 0.95;
@@ -22,15 +23,30 @@ impl Efficiency {
     /// eq. 21): √(V·c²/C') in units of the image's average, where V is the variance of what one of them brings (its
     /// second moment, where that asks for roulette), c what a pixel makes of it, C' the rays it takes.
     ///
-    /// `reflected` is the luminance of throughput times albedo, `pixel` an index into `inverse_luminance`.
-    #[inline]
-    pub fn paths(&self, summary: &Summary, reflected: f32, pixel: usize, max_split: f32) -> f32 {
-        let importance = reflected * self.inverse_luminance[pixel] * self.scale;
-        let factor = |moment: f32| importance * (moment / summary.rays.max(1.0)).max(0.0).sqrt();
-        let survival = factor(summary.square);
-        let paths =
-            if survival < 1.0 { survival } else { factor(summary.square - summary.mean * summary.mean).max(1.0) };
-        paths.clamp(MIN_SURVIVAL, max_split.max(1.0))
+    /// `reflected` is the luminance of throughput times albedo, `inverse_luminance` that of the pixel. Without a jump, so
+    /// that a loop over many runs in vectors.
+    #[inline(always)]
+    pub fn paths(&self, moments: Moments, reflected: f32, inverse_luminance: f32, max_split: f32) -> f32 {
+        let Moments { square, mean, rays } = moments;
+        let importance = reflected * inverse_luminance * self.scale;
+        let factor = |moment: f32| importance * (moment / rays.max(1.0)).max(0.0).sqrt();
+        let (survival, split) = (factor(square), factor(square - mean * mean).max(1.0));
+        pick(survival < 1.0, survival, split).max(MIN_SURVIVAL).min(max_split.max(1.0))
+    }
+}
+
+/// What a state knows of the one-sample estimate of irradiance/π: its second moment, its mean, and the rays it takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Moments {
+    pub square: f32,
+    pub mean: f32,
+    pub rays: f32,
+}
+
+impl Moments {
+    #[inline(always)]
+    pub fn of(&Summary { square, mean, rays, .. }: &Summary) -> Moments {
+        Moments { square, mean, rays }
     }
 }
 

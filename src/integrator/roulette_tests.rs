@@ -1,56 +1,25 @@
 use super::*;
-use crate::guiding::{Guide, PackedDirection, Recorder, Transition};
 use crate::math::rng::Rng;
-use crate::scene::description::GuidingSettings;
-use glam::Vec3;
 
-/// What a guide knows of some state.
-fn summary() -> Summary {
-    let mut guide = Guide::new(&GuidingSettings::default(), (Vec3::ZERO, Vec3::ONE), std::iter::empty()).unwrap();
-    let key = guide.field().place(Vec3::splat(0.5), Vec3::Y, [0.5; 3]).unwrap().drawn;
-    let packed = PackedDirection::new(Vec3::Y);
-    let (target, pdf, rays) = (1.0, 1.0, 1.0);
-    let (bsdf_pdf, guide_pdf, scattered) = (1.0, -1.0, 1.0);
-    let mut recorder = Recorder::new();
-    for _ in 0..100 {
-        recorder.push(Transition {
-            key,
-            wi: packed,
-            normal: packed,
-            target,
-            pdf,
-            bsdf_pdf,
-            guide_pdf,
-            scattered,
-            rays,
-        });
-    }
-    guide.learn(&[&recorder]);
-    guide.refresh();
-    *guide.field().summary(key).unwrap()
+fn with(mean: f32, square: f32, rays: f32) -> Moments {
+    Moments { square, mean, rays }
 }
 
-fn with(mean: f32, square: f32, rays: f32) -> Summary {
-    let mut summary = summary();
-    (summary.mean, summary.square, summary.rays) = (mean, square, rays);
-    summary
-}
-
-/// A pixel of luminance 2, and a picture whose paths take as many rays as they have variance.
+/// Of a picture whose paths take as many rays as they have variance. Pixels have a luminance of 2 unless said.
 fn efficiency() -> Efficiency {
-    Efficiency { inverse_luminance: vec![0.5], scale: 1.0 }
+    Efficiency { inverse_luminance: Vec::new(), scale: 1.0 }
 }
 
 #[test]
 fn paths_are_those_of_the_formula() {
     // importance 1/2; a second moment of 4 at 4 rays: 1/2 · √(4/4)
-    assert_eq!(efficiency().paths(&with(1.0, 4.0, 4.0), 1.0, 0, 8.0), 0.5);
+    assert_eq!(efficiency().paths(with(1.0, 4.0, 4.0), 1.0, 0.5, 8.0), 0.5);
     // importance 2; below one by the second moment it would not be: 2 · √((68 − 4)/16) by the variance
-    assert_eq!(efficiency().paths(&with(2.0, 68.0, 16.0), 4.0, 0, 8.0), 4.0);
+    assert_eq!(efficiency().paths(with(2.0, 68.0, 16.0), 4.0, 0.5, 8.0), 4.0);
     // never worth splitting where every path brings the same, nor ending one for that
-    assert_eq!(efficiency().paths(&with(3.0, 9.0, 1.0), 100.0, 0, 8.0), 1.0);
+    assert_eq!(efficiency().paths(with(3.0, 9.0, 1.0), 100.0, 0.5, 8.0), 1.0);
     // rays of a state that is black at once count as one
-    assert_eq!(efficiency().paths(&with(1.0, 1.0, 0.0), 1.0, 0, 8.0), 0.5);
+    assert_eq!(efficiency().paths(with(1.0, 1.0, 0.0), 1.0, 0.5, 8.0), 0.5);
 }
 
 #[test]
@@ -61,18 +30,18 @@ fn paths_stay_within_their_bounds() {
     for _ in 0..20_000 {
         let mean = wide(&mut rng);
         let known = with(mean, mean * mean + wide(&mut rng), 1.0 + 10.0 * rng.f32());
-        let efficiency = Efficiency { inverse_luminance: vec![wide(&mut rng)], scale: wide(&mut rng) };
-        let reflected = wide(&mut rng);
+        let efficiency = Efficiency { inverse_luminance: Vec::new(), scale: wide(&mut rng) };
+        let (inverse_luminance, reflected) = (wide(&mut rng), wide(&mut rng));
         for max_split in [1.0, 4.0, 8.0, 0.5] {
-            let paths = efficiency.paths(&known, reflected, 0, max_split);
+            let paths = efficiency.paths(known, reflected, inverse_luminance, max_split);
             assert!((MIN_SURVIVAL..=max_split.max(1.0)).contains(&paths), "{paths} at most {max_split}");
             (fewest, most) = (fewest.min(paths), most.max(paths));
         }
     }
     assert_eq!((fewest, most), (MIN_SURVIVAL, 8.0), "both bounds were met");
     // black states and black throughput
-    assert_eq!(efficiency().paths(&with(0.0, 0.0, 1.0), 1.0, 0, 8.0), MIN_SURVIVAL);
-    assert_eq!(efficiency().paths(&with(1.0, 1.0, 1.0), 0.0, 0, 8.0), MIN_SURVIVAL);
+    assert_eq!(efficiency().paths(with(0.0, 0.0, 1.0), 1.0, 0.5, 8.0), MIN_SURVIVAL);
+    assert_eq!(efficiency().paths(with(1.0, 1.0, 1.0), 0.0, 0.5, 8.0), MIN_SURVIVAL);
 }
 
 #[test]
@@ -81,16 +50,12 @@ fn paths_do_not_go_by_exposure() {
     for _ in 0..1000 {
         let (mean, extra, rays, reflected) = (rng.f32(), 4.0 * rng.f32(), 1.0 + 9.0 * rng.f32(), rng.f32());
         let square = mean * mean + extra;
-        let paths = |k: f32| {
-            let efficiency = Efficiency { inverse_luminance: vec![3.0 / k], scale: 0.7 };
-            efficiency.paths(&with(mean * k, square * k * k, rays), reflected, 0, 8.0)
-        };
+        let paths = |k: f32| efficiency().paths(with(mean * k, square * k * k, rays), reflected, 3.0 / k, 8.0);
         let one = paths(1.0);
         assert!(paths(2.0f32.powi(20)) == one && paths(2.0f32.powi(-20)) == one);
         assert!((paths(1e6) / one - 1.0).abs() < 1e-4 && (paths(1e-6) / one - 1.0).abs() < 1e-4);
         // a pixel of another brightness is another matter
-        let darker = Efficiency { inverse_luminance: vec![6.0], scale: 0.7 };
-        let twice = darker.paths(&with(mean, square, rays), reflected, 0, 8.0);
+        let twice = efficiency().paths(with(mean, square, rays), reflected, 6.0, 8.0);
         assert!(twice >= one && (twice > one || one == 1.0 || one == 8.0 || twice == MIN_SURVIVAL || twice == 1.0));
     }
 }

@@ -18,7 +18,19 @@ impl Rng {
         Rng(mix(mix(seed) ^ mix(((pixel as u64) << 32) | sample as u64)))
     }
 
+    /// A generator for a further branch of the path, where it splits, counted from 1.
+    #[inline]
+    pub fn branch(&mut self, branch: u32) -> Rng {
+        Rng::of_branch(self.next_u32(), branch)
+    }
+
+    #[inline(always)]
+    fn of_branch(bits: u32, branch: u32) -> Rng {
+        Rng::new((bits as u64) << 32 | branch as u64)
+    }
+
     /// A generator for anything that is not a path.
+    #[inline]
     pub fn new(seed: u64) -> Rng {
         Rng(mix(seed))
     }
@@ -92,6 +104,16 @@ impl RngLanes {
             self.0[k] = pick(draws.has(k), next, self.0[k]);
         }
         bits
+    }
+
+    /// Generators for a further branch of each path that draws, which know nothing of those before: [`Rng::branch`].
+    #[inline(always)]
+    pub fn branch(&mut self, draws: Mask, branch: u32) -> RngLanes {
+        let ([bits], mut branches) = (self.bits(draws), RngLanes::ZERO);
+        for k in 0..LANES {
+            branches.set(k, Rng::of_branch(bits[k], branch));
+        }
+        branches
     }
 
     /// As [`Rng::f32`] for each that draws.
@@ -206,6 +228,8 @@ mod tests {
                 assert_eq!((a[k], [b[k], c[k]]), (rng.f64(), rng.f32x2()));
                 assert_eq!((d[k], e[k], f[k], [g[k], h[k]]), (rng.f32(), rng.f64(), rng.f32(), rng.f32x2()));
             }
+            let branches = lanes.branch(draws, 3);
+            (0..LANES).filter(|&k| draws.has(k)).for_each(|k| assert_eq!(branches.get(k), alone[k].branch(3)));
             assert!((0..LANES).all(|k| lanes.get(k) == alone[k]), "who does not draw stays as they were");
         }
     }

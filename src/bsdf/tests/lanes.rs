@@ -29,12 +29,12 @@ fn surfaces_of_a_packet_scatter_like_single_ones() {
         lanes.sample(&wo, &u, &mut drawn, &mut density);
         for (k, bsdf) in bsdfs.iter().enumerate() {
             let Some(bsdf) = bsdf else {
-                assert!(!lanes.are()[k], "nothing is there");
+                assert!(!lanes.are().has(k), "nothing is there");
                 continue;
             };
-            assert_eq!(albedo.get(k), if lanes.are()[k] { bsdf.albedo(wo.get(k)) } else { Rgb::ZERO });
-            assert_eq!(lanes.are()[k], bsdf.lambertian().is_some());
-            if !lanes.are()[k] {
+            assert_eq!(albedo.get(k), if lanes.are().has(k) { bsdf.albedo(wo.get(k)) } else { Rgb::ZERO });
+            assert_eq!(lanes.are().has(k), bsdf.lambertian().is_some());
+            if !lanes.are().has(k) {
                 assert_eq!(f.get(k), Rgb::ZERO);
                 continue;
             }

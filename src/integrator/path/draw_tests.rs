@@ -1,7 +1,7 @@
 use super::*;
 use crate::bsdf::{Bsdf, BsdfModel, CoatTables};
 use crate::geometry::surfaces::tests as surfaces;
-use crate::integrator::mixture::{Mixture, tests::learnt};
+use crate::integrator::mixture::{DirectionSample, Mixture, tests::learnt};
 use crate::math::rng::{Rng, RngLanes};
 use crate::math::warp;
 use crate::scene::description::{BsdfDescription, ColorTexture, DirectionTable, MicrofacetDistribution};
@@ -47,6 +47,11 @@ fn fill<'a>(
     packet.resolve_trees();
 }
 
+fn proposal(proposals: &Proposals, k: usize) -> DirectionSample {
+    let pdf = Densities { mixture: proposals.mixture[k], bsdf: proposals.bsdf[k], guide: proposals.guide[k] };
+    DirectionSample { wi: proposals.dir.get(k), weight: proposals.weight.get(k), pdf: Some(pdf) }
+}
+
 #[test]
 fn a_packet_draws_what_its_vertices_would_draw_alone() {
     let reflectance = ColorTexture::Constant(COLOR);
@@ -66,14 +71,14 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
         fill(&mut packet, &guides, [&matte, &metal].map(|model| model.at([COLOR, Rgb::ZERO])), &mut rng);
         let (before, wide) = (packet.rng, packet.wide());
         assert_eq!(wide, mask(|k| is_matte(k) && table(k) != Some(DirectionTable::Hemisphere)));
-        let proposals = packet.propose(&wide);
+        let proposals = packet.propose(wide);
         let (mut f, mut pdf, mut albedo) = (Vec3Lanes::ZERO, [0.0; LANES], Vec3Lanes::ZERO);
         packet.eval_pdf(&mut f, &mut pdf);
         packet.albedo(&mut albedo);
         for k in 0..LANES {
             let Some(bsdf) = packet.bsdfs.get(k) else {
                 assert!(packet.with_mixture(k, |_| ()).is_none());
-                assert_eq!((packet.rng.get(k), proposals.goes[k]), (before.get(k), false), "nothing is drawn");
+                assert_eq!((packet.rng.get(k), proposals.goes.has(k)), (before.get(k), false), "nothing is drawn");
                 continue;
             };
             let (si, wo, mut alone) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), before.get(k));
@@ -82,13 +87,13 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
             let (value, density) = mixture.eval_pdf(&si, wo, packet.lights.wi.get(k));
             assert!(f.get(k) == value && (value == Rgb::ZERO || pdf[k] == density), "towards a light");
             assert_eq!(albedo.get(k), bsdf.albedo(wo));
-            if !wide[k] {
-                assert_eq!((packet.rng.get(k), proposals.goes[k]), (before.get(k), false), "nothing is drawn");
+            if !wide.has(k) {
+                assert_eq!((packet.rng.get(k), proposals.goes.has(k)), (before.get(k), false), "nothing is drawn");
                 continue;
             }
             let single = mixture.sample(&si, wo, &mut alone);
             assert_eq!(alone, packet.rng.get(k), "as many numbers");
-            match (proposals.goes[k].then(|| proposals.get(k)), single) {
+            match (proposals.goes.has(k).then(|| proposal(&proposals, k)), single) {
                 (None, None) => ended += 1,
                 (Some(one), Some(other)) => {
                     let [a, b] = [one.pdf, other.pdf].map(|pdf| pdf.expect("no delta lobe"));

@@ -8,8 +8,8 @@ use crate::guiding::{PackedDirection, Place, StateKey, Summary};
 use crate::integrator::arrivals::{ArrivalLanes, Edge};
 use crate::integrator::backup::Expectation;
 use crate::integrator::mixture::{DirectionSample, Mixture};
-use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL};
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each};
+use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL, Moments};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
 use crate::math::{Rgb, luminance};
 use crate::scene::description::{GuideSampling, Roulette};
 use glam::Vec3;
@@ -67,6 +67,9 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             return;
         };
         self.expect(guide, summary, &bsdf, depth, packet.ray(k));
+        if Mixture::guides(&bsdf, false) {
+            packet.tell(k, Moments::of(summary));
+        }
         if !Mixture::guides(&bsdf, self.product()) {
             return;
         }
@@ -117,9 +120,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let efficiency = self.integrator.guide.and_then(|guide| guide.efficiency);
         let mut paths = [1.0; LANES];
         if let (Roulette::Guided, Some(efficiency)) = (settings.roulette, efficiency) {
-            for k in each(packet.bsdfs.are()) {
-                paths[k] = self.guided_paths(efficiency, packet, k, albedo.get(k), depth);
-            }
+            self.guided_paths(efficiency, packet, albedo, depth, &mut paths);
         } else if settings.roulette != Roulette::None && depth >= settings.rr_depth {
             for k in 0..LANES {
                 paths[k] = analog[k].min(MAX_SURVIVAL);
@@ -128,28 +129,46 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         paths
     }
 
-    /// The same at vertex `k`, where it goes by what the guide knows.
-    #[inline]
-    fn guided_paths(&self, efficiency: &Efficiency, packet: &Packet, k: usize, albedo: Rgb, depth: u32) -> f32 {
+    /// The same where it goes by what the guide knows.
+    #[inline(always)]
+    fn guided_paths(
+        &self,
+        efficiency: &Efficiency,
+        packet: &Packet,
+        albedo: &Vec3Lanes,
+        depth: u32,
+        paths: &mut Lanes,
+    ) {
         let settings = self.integrator.settings;
         let full = self.batch.next.rays.len() >= MAX_WAVE * self.task.paths();
         let max_split = if full { 1.0 } else { settings.max_split };
         // of the return by a sharp lobe, a state's moments say nothing
-        let Some(summary) = packet.guided[k].and_then(|guided| guided.summary).filter(|_| packet.guides(k)) else {
-            return if depth >= settings.rr_depth { MAX_SURVIVAL } else { 1.0 };
-        };
-        let paths = &self.batch.wave.paths;
-        let reflected = luminance(paths.throughput(packet.ray(k)) * albedo);
-        efficiency.paths(summary, reflected, self.pixel(paths.slot(packet.ray(k))), max_split)
+        let untold = if depth >= settings.rr_depth { MAX_SURVIVAL } else { 1.0 };
+        let before = self.batch.wave.paths.packet(packet.ray(0));
+        let mut inverse_luminance = [0.0; LANES];
+        for k in each(packet.told()) {
+            inverse_luminance[k] = self.batch.inverse_luminance[before.slot[k] as usize];
+        }
+        let told = packet.told().lanes();
+        for k in 0..LANES {
+            let reflected = luminance(before.throughput.get(k) * albedo.get(k));
+            let guided = efficiency.paths(packet.moments(k), reflected, inverse_luminance[k], max_split);
+            paths[k] = pick(told.has(k), guided, untold);
+        }
     }
 
-    /// The pixel of a path, row by row over the film.
-    #[inline]
-    pub(super) fn pixel(&self, slot: u32) -> usize {
-        let tile = self.task.tile;
-        let pixel = slot % tile.pixels() as u32;
-        let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
-        (y * self.integrator.scene.camera.width + x) as usize
+    /// Notes for each path of the batch what guided roulette weighs its pixel by.
+    pub(super) fn weigh_pixels(&mut self) {
+        let (tile, b) = (self.task.tile, &mut *self.batch);
+        b.inverse_luminance.clear();
+        let Some(efficiency) = self.integrator.guide.and_then(|guide| guide.efficiency) else { return };
+        for _ in 0..self.task.samples {
+            for y in tile.y..tile.y + tile.height {
+                let first = (y * self.integrator.scene.camera.width + tile.x) as usize;
+                let row = &efficiency.inverse_luminance[first..first + tile.width as usize];
+                b.inverse_luminance.extend_from_slice(row);
+            }
+        }
     }
 }
 

@@ -5,8 +5,8 @@ use super::packet::Packet;
 use super::{Probe, Stage, Walk, Wave};
 use crate::embree::{Packing, RayRows};
 use crate::geometry::SurfaceInteraction;
-use crate::math::Rgb;
 use crate::integrator::batch::NextEventLanes;
+use crate::math::Rgb;
 use crate::math::lanes::{LANES, Mask, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 

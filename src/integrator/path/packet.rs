@@ -5,6 +5,7 @@ use crate::bsdf::BsdfLanes;
 use crate::geometry::Surfaces;
 use crate::guiding::{GuideLanes, GuidingDistribution, Node};
 use crate::integrator::mixture::{Densities, Mixture};
+use crate::integrator::roulette::Moments;
 use crate::light::LightSamples;
 use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
 use crate::math::{Rgb, rng::RngLanes};
@@ -25,6 +26,11 @@ pub(super) struct Packet<'a> {
     bsdf_fraction: Lanes,
     /// Its trees.
     trees: GuideLanes<'a>,
+    /// Where a state has told what guided roulette goes by.
+    told: Mask,
+    square: Lanes,
+    mean: Lanes,
+    rays_behind: Lanes,
     pub lights: LightSamples,
     pub rng: RngLanes,
 }
@@ -40,6 +46,10 @@ impl<'a> Packet<'a> {
             directions: [const { None }; LANES],
             bsdf_fraction: [1.0; LANES],
             trees: GuideLanes::new(),
+            told: Mask::NONE,
+            square: [0.0; LANES],
+            mean: [0.0; LANES],
+            rays_behind: [1.0; LANES],
             lights: LightSamples::new(),
             rng: RngLanes::ZERO,
         }
@@ -49,7 +59,7 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub fn begin(&mut self, first: usize, rng: RngLanes) {
         (self.first, self.rng) = (first, rng);
-        (self.led, self.bsdf_fraction) = (Mask::NONE, [1.0; LANES]);
+        (self.led, self.told, self.bsdf_fraction) = (Mask::NONE, Mask::NONE, [1.0; LANES]);
         self.bsdfs.clear();
         self.trees.clear();
         self.lights.clear();
@@ -116,6 +126,25 @@ impl<'a> Packet<'a> {
         self.trees.set(k, normal, nodes);
         self.led.set(k, true);
         self.bsdf_fraction[k] = bsdf_fraction;
+    }
+
+    /// Takes what the state at vertex `k` knows of what comes back to it.
+    #[inline(always)]
+    pub fn tell(&mut self, k: usize, Moments { square, mean, rays }: Moments) {
+        self.told.set(k, true);
+        (self.square[k], self.mean[k], self.rays_behind[k]) = (square, mean, rays);
+    }
+
+    /// Where a state has told so much.
+    #[inline(always)]
+    pub fn told(&self) -> Mask {
+        self.told
+    }
+
+    /// What it has told at vertex `k`; any where it has not.
+    #[inline(always)]
+    pub fn moments(&self, k: usize) -> Moments {
+        Moments { square: self.square[k], mean: self.mean[k], rays: self.rays_behind[k] }
     }
 
     /// All trees were taken.

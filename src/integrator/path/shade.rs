@@ -9,8 +9,8 @@ use crate::geometry::SurfaceInteraction;
 use crate::integrator::arrivals::Arrival;
 use crate::integrator::batch::{PathPacket, PathState};
 use crate::integrator::mixture::Mixture;
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes, each, mask, pick};
-use crate::math::{Rgb, luminance, rng::Rng};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
+use crate::math::{Rgb, luminance};
 use glam::Vec3;
 
 impl<'a, P: Probe> Walk<'a, '_, P> {
@@ -131,11 +131,39 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         self.batch.features[self.batch.wave.paths.slot(i) as usize] = Features { albedo, normal, depth };
     }
 
-    /// Draws where paths go on, and lays their next rays.
+    /// Draws where paths go on, once or more often, and lays their next rays.
     fn go_on(&mut self, packet: &mut Packet<'a>, depth: u32) {
         let survival = self.survive(packet, depth);
-        let wide = packet.wide() & mask(|k| survival.count[k] == 1);
-        let proposals = packet.propose(wide);
+        let (wide, goes) = (packet.wide(), mask(|k| survival.count[k] > 0));
+        for k in each(goes & !wide) {
+            self.draw(packet, k, &survival);
+        }
+        let splits = wide & mask(|k| survival.count[k] > 1);
+        if splits.any() {
+            self.split(packet, splits, &survival);
+        }
+        self.go_on_wide(packet, wide & goes, &survival);
+    }
+
+    /// The second and further branches of paths that split.
+    #[inline(never)]
+    fn split(&mut self, packet: &mut Packet<'a>, splits: Mask, survival: &Survival) {
+        let (first, mut before, mut draws) = (packet.rng, packet.rng, splits);
+        for branch in 1.. {
+            draws = draws & mask(|k| survival.count[k] > branch);
+            if !draws.any() {
+                break;
+            }
+            packet.rng = before.branch(draws, branch);
+            self.go_on_wide(packet, draws, survival);
+        }
+        packet.rng = first;
+    }
+
+    /// One direction for each vertex that draws, side by side.
+    #[inline(always)]
+    fn go_on_wide(&mut self, packet: &mut Packet<'a>, draws: Mask, survival: &Survival) {
+        let proposals = packet.propose(draws);
         let before = self.batch.wave.paths.packet(packet.ray(0));
         let (mut weight, mut throughput) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO);
         for k in 0..LANES {
@@ -151,9 +179,6 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         next.paths.pack(&packing, &paths);
         if self.learn {
             next.paths.arrivals.pack(&packing, &edges(packet, &proposals, &weight, &survival.albedo));
-        }
-        for k in each(mask(|k| survival.count[k] > 0) & !wide) {
-            self.draw(packet, k, &survival);
         }
     }
 
@@ -189,7 +214,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let (si, wo, mut rng) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), packet.rng.get(k));
         let (paths, analog, i) = (survival.paths[k], survival.analog[k], packet.ray(k));
         for split in 0..survival.count[k] {
-            let mut rng = if split == 0 { rng } else { Rng::new(((rng.next_u32() as u64) << 32) | split as u64) };
+            let mut rng = if split == 0 { rng } else { rng.branch(split) };
             let Some(next) = mixture.sample(&si, wo, &mut rng) else { continue };
             let weight = next.weight / paths;
             if self.learn {
