@@ -19,6 +19,7 @@ pub mod recorder;
 mod refine;
 mod rows;
 pub mod sdtree;
+mod slots;
 pub mod states;
 mod stored;
 pub mod strata;

@@ -91,7 +91,7 @@ impl Packet<'_> {
         for k in 0..LANES {
             proposals.dir.set(k, if by_guide[k] { dir.get(k) } else { proposals.dir.get(k) });
         }
-        self.trees().pdf(&proposals.dir, &mut proposals.guide);
+        self.trees().pdf(&mask(|k| !by_guide[k]), &proposals.dir, &mut proposals.guide);
         let (mut local, mut bsdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
         self.surfaces.to_local(&proposals.dir, &mut local);
         self.bsdfs.diffuse().eval_pdf(self.surfaces.wo_locals(), &local, &mut proposals.value, &mut bsdf);
