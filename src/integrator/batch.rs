@@ -153,6 +153,8 @@ pub struct Batch {
     /// As much of it as no bounce brought; empty where not asked for, or no path came so far.
     pub(super) direct: Vec<Rgb>,
     pub(super) features: Vec<Features>,
+    /// Empty: for the next task's transitions, perhaps with room from earlier ones.
+    pub recorder: Recorder,
 }
 
 impl Batch {
@@ -168,6 +170,7 @@ impl Batch {
             radiance: Vec::new(),
             direct: Vec::new(),
             features: Vec::new(),
+            recorder: Recorder::new(),
         }
     }
 }
