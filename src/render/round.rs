@@ -83,11 +83,10 @@ impl<W: Watch> Crew<'_, W> {
             results.push((k, self.trace(task, &mut batch)));
         }
         lock(&self.spare.batches).push(batch);
-        let learning = timed(|| {
-            while let Some(lesson) = next(&self.lessons) {
-                lesson.learn();
-            }
-        });
+        let mut learning = Duration::ZERO;
+        while let Some(lesson) = next(&self.lessons) {
+            learning += timed(|| lesson.learn());
+        }
         Share { results, film, learning }
     }
 
@@ -149,15 +148,15 @@ impl<W: Watch> Driver<'_, W> {
     fn work(&mut self, tasks: &[Task], learn: bool, report: &mut IterationReport) -> Vec<BatchResult> {
         let traced = std::mem::take(&mut self.traced);
         let (guided, bounced, recorders) = (self.guided(), self.measures(), traced.recorders());
-        let start = Instant::now();
         let (field, lessons) = match self.guide.as_mut() {
             Some(guide) if !recorders.is_empty() => {
+                let start = Instant::now();
                 let (field, lessons) = guide.lessons(&recorders);
+                report.learn_seconds += start.elapsed().as_secs_f64();
                 (Some(field), lessons)
             }
             guide => (guide.map(|guide| guide.field()), Vec::new()),
         };
-        let begun = start.elapsed().as_secs_f64();
         let guide = field.filter(|_| guided).map(|field| GuideUse {
             field,
             settings: &self.settings.guiding,
@@ -176,7 +175,6 @@ impl<W: Watch> Driver<'_, W> {
         };
         let threads = rayon::current_num_threads();
         let shares: Vec<Share> = (0..threads).into_par_iter().with_max_len(1).map(|_| crew.work()).collect();
-        report.learn_seconds += begun;
         report.add_times(&shares);
         let most = tasks.len().max(traced.tasks.len());
         self.spare.keep(traced.emptied(), most);
