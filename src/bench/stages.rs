@@ -93,8 +93,8 @@ fn run(scene: &Scene, settings: &Settings) -> Result<Run> {
     })
 }
 
-/// The render's own account of its threads' time, batches divided as the watched render says. What happens between
-/// rounds keeps all threads from rendering, and so counts for all of them.
+/// The render's own account of its threads' time, batches divided as the watched render says. What the film and
+/// learning took is told over the number of threads.
 fn shares(rendering: &Rendering, split: &[f64]) -> Result<[f64; STAGES.len()]> {
     let threads = rayon::current_num_threads() as f64;
     let sum = |of: fn(&crate::render::IterationReport) -> f64| rendering.iterations.iter().map(of).sum::<f64>();

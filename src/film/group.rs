@@ -77,7 +77,7 @@ impl Group {
     }
 
     /// Squares of the luminance about each of the pixels that count, by these alone.
-    fn squares(&self, width: usize, counts: impl Fn(&usize) -> bool) -> Vec<f64> {
+    fn squares(&self, width: usize, counts: impl Fn(&usize) -> bool + Sync) -> Vec<f64> {
         let light: Vec<f64> = self.sum.iter().map(|&s| luminance((s / self.samples as f64).as_vec3()) as f64).collect();
         let pixels = (0..light.len()).filter(&counts).count();
         let mean = (0..light.len()).filter(&counts).map(|i| light[i]).sum::<f64>() / pixels.max(1) as f64;

@@ -1,5 +1,6 @@
 //! Unit vectors in 32 bits, so that a transition stays small.
 
+use super::lanes::whole;
 use crate::math::lanes::{LANES, Vec3Lanes};
 use glam::{Vec2, Vec3};
 
@@ -18,7 +19,7 @@ impl PackedDirection {
         let (folded, below) = (fold(p), w.z < 0.0);
         let quantised = |flat: f32, folded: f32| {
             let coordinate = if below { folded } else { flat };
-            ((coordinate * 0.5 + 0.5) * STEPS).round() as u32
+            whole(((coordinate * 0.5 + 0.5) * STEPS).round())
         };
         PackedDirection(quantised(p.x, folded.x) | quantised(p.y, folded.y) << 16)
     }
@@ -44,12 +45,22 @@ impl PackedDirection {
         PackedDirection(bits)
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn unpack(self) -> Vec3 {
         let p = Vec2::new((self.0 & 0xffff) as f32, (self.0 >> 16) as f32) * (2.0 / STEPS) - 1.0;
         let z = 1.0 - p.x.abs() - p.y.abs();
-        let p = if z < 0.0 { fold(p) } else { p };
-        p.extend(z).normalize()
+        let (folded, below) = (fold(p), z < 0.0);
+        // choices of single numbers, which run in vectors
+        let (x, y) = (if below { folded.x } else { p.x }, if below { folded.y } else { p.y });
+        Vec3::new(x, y, z).normalize()
+    }
+
+    /// The same for a packet.
+    #[inline(never)]
+    pub fn unpack_lanes(packed: &[PackedDirection; LANES], w: &mut Vec3Lanes) {
+        for k in 0..LANES {
+            w.set(k, packed[k].unpack());
+        }
     }
 }
 
@@ -75,6 +86,8 @@ mod tests {
             let mut lanes = Vec3Lanes::ZERO;
             lanes.set(3, w);
             assert_eq!(PackedDirection::of_lanes(&lanes)[3], PackedDirection::new(w).bits());
+            PackedDirection::unpack_lanes(&[PackedDirection::new(w); LANES], &mut lanes);
+            assert_eq!(lanes.get(3), back);
         }
     }
 }

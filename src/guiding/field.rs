@@ -5,11 +5,11 @@ use super::learner::{Learner, Table};
 use super::qtable::{Actions, Entry, Returns, State};
 use super::rows::{estimates, strata_row};
 use super::sdtree::LeafInfo;
+use super::slots::Slots;
 use super::states::{StateKey, States};
 use super::strata::{Domain, Strata};
 use super::tree::{Node, Totals};
 use crate::math::lanes::{LANES, Vec3Lanes};
-use crate::math::rng::mix;
 use crate::scene::description::GuideSampling;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -38,6 +38,7 @@ pub struct Use {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct Summary {
+    pub(super) key: StateKey,
     /// Of the state's frame; zero where the frame is that of each query.
     normal: Vec3,
     /// First row or node; of an SD-tree, the leaf.
@@ -63,8 +64,7 @@ pub struct TableField {
     states: States,
     table: Table,
     usage: Use,
-    /// Open addressing with linear probing, at most half full; `EMPTY` ends a probe.
-    slots: Vec<(StateKey, u32)>,
+    slots: Slots,
     summaries: Vec<Summary>,
     /// Of a hemisphere's strata, row by row: where each begins in the unit interval, in units of 1/`WHOLE`; before
     /// these, the same for the lines of strata, so that a draw reads two short runs of a row. Small numbers keep a row
@@ -77,11 +77,9 @@ pub struct TableField {
     nodes: Vec<Node>,
 }
 
-const EMPTY: (StateKey, u32) = (StateKey(u64::MAX), u32::MAX);
-
-/// Bytes that a snapshot holds for a state besides its row, its places in a hash at worst a quarter full included.
+/// Bytes that a snapshot holds for a state besides its row, its places in the hash included.
 pub(super) fn bytes_besides_rows() -> usize {
-    size_of::<Summary>() + 4 * size_of::<(StateKey, u32)>()
+    size_of::<Summary>() + Slots::BYTES_PER_STATE
 }
 
 /// Bytes that a snapshot holds for a stratum, at most.
@@ -91,7 +89,6 @@ pub(super) fn bytes_per_stratum() -> usize {
 
 /// One state's part of a snapshot.
 struct Frozen {
-    key: StateKey,
     summary: Summary,
     row: Row,
 }
@@ -109,7 +106,7 @@ impl TableField {
             states,
             table,
             usage,
-            slots: vec![EMPTY; 2],
+            slots: Slots::new(std::iter::empty()),
             summaries: Vec::new(),
             rows: Vec::new(),
             spheres: Vec::new(),
@@ -124,10 +121,10 @@ impl TableField {
             .filter(|state| state.visits >= MIN_VISITS && state.entries().iter().any(|e| e.q > 0.0))
             .collect();
         let frozen: Vec<Frozen> = usable.into_par_iter().map(|state| self.freeze_state(state, states)).collect();
-        self.slots = hash_slots(frozen.iter().map(|state| state.key));
         self.states = states.clone();
         (self.rows, self.spheres, self.nodes) = (Vec::new(), Vec::new(), Vec::new());
         self.summaries = frozen.into_iter().map(|state| self.append(state)).collect();
+        self.slots = Slots::new(self.summaries.iter().map(|summary| summary.key));
     }
 
     fn append(&mut self, state: Frozen) -> Summary {
@@ -143,6 +140,7 @@ impl TableField {
         let fraction = if self.usage.learnt_fraction { state.fraction.share() } else { self.usage.bsdf_fraction };
         let (row, rows, totals) = self.freeze_actions(&state.actions, fraction);
         let summary = Summary {
+            key: state.key,
             normal: if states.oriented() { state.normal } else { Vec3::ZERO },
             first: 0,
             rows,
@@ -154,13 +152,14 @@ impl TableField {
             mean: state.returns.mean,
             rays: state.returns.rays,
         };
-        Frozen { key: state.key, summary, row }
+        Frozen { summary, row }
     }
 
     fn freeze_actions(&self, actions: &Actions, fraction: f32) -> (Row, u32, Totals) {
         match (actions, &self.table) {
             (Actions::Tree(cells), Table::Tree(shape)) => {
-                let irradiance = shape.totals(cells).irradiance;
+                // it takes as long as freezing does
+                let irradiance = if self.usage.compensation { shape.totals(cells).irradiance } else { 0.0 };
                 let mut nodes = Vec::with_capacity(cells.nodes());
                 let totals = shape.freeze(cells, &self.usage.weight(irradiance, fraction), &mut nodes);
                 let rows = nodes.len() as u32;
@@ -198,18 +197,7 @@ impl TableField {
     /// What is known of a state, where that is enough.
     #[inline(always)]
     pub fn summary(&self, key: StateKey) -> Option<&Summary> {
-        let mask = self.slots.len() - 1;
-        let mut at = mix(key.0) as usize & mask;
-        loop {
-            let (found, row) = self.slots[at];
-            if found == key {
-                return Some(&self.summaries[row as usize]);
-            }
-            if found == EMPTY.0 {
-                return None;
-            }
-            at = (at + 1) & mask;
-        }
+        self.slots.find(&self.summaries, key)
     }
 
     /// Where to go on at a point with the normal `n`, on the side of the path, of a state of which `summary` is known.
@@ -241,7 +229,8 @@ impl TableField {
     pub fn keys(&self, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 2]) -> Option<[StateKey; LANES]> {
         match &self.states {
             States::Adaptive(adaptive) => Some(adaptive.keys(p, n, jitter)),
-            States::Grid(_) | States::Voronoi(_) => None,
+            States::Grid(grid) => Some(grid.keys(p, n, jitter)),
+            States::Voronoi(_) => None,
         }
     }
 
@@ -265,7 +254,7 @@ impl TableField {
             + size_of_val(&self.spheres[..])
             + size_of_val(&self.nodes[..])
             + size_of_val(&self.summaries[..])
-            + size_of_val(&self.slots[..])
+            + self.slots.bytes()
             + self.states.bytes()
     }
 }
@@ -275,6 +264,7 @@ impl Summary {
     /// irradiance is that of light from everywhere alike.
     pub(super) fn of_leaf(leaf: &LeafInfo, radiance: f32, bsdf_fraction: f32, returns: &Returns) -> Summary {
         Summary {
+            key: StateKey(leaf.leaf as u64),
             normal: Vec3::ZERO,
             first: leaf.leaf,
             rows: leaf.nodes as u32,
@@ -303,7 +293,7 @@ impl Summary {
 
 impl Use {
     /// What a direction with the estimate `q` and the cosine `cos` is drawn in proportion to, in a state with the given
-    /// irradiance.
+    /// irradiance, which compensation goes by.
     fn weight(&self, irradiance: f32, fraction: f32) -> impl Fn(f32, f32) -> f32 {
         let covered = if self.compensation { fraction * irradiance * FRAC_1_PI } else { 0.0 };
         let cosine = self.sampling != GuideSampling::Q;
@@ -315,17 +305,4 @@ fn append<T>(all: &mut Vec<T>, row: Vec<T>) -> u32 {
     let first = all.len() as u32;
     all.extend(row);
     first
-}
-
-fn hash_slots(keys: impl ExactSizeIterator<Item = StateKey>) -> Vec<(StateKey, u32)> {
-    let mut slots = vec![EMPTY; (2 * keys.len()).next_power_of_two().max(2)];
-    let mask = slots.len() - 1;
-    for (row, key) in keys.enumerate() {
-        let mut at = mix(key.0) as usize & mask;
-        while slots[at].0 != EMPTY.0 {
-            at = (at + 1) & mask;
-        }
-        slots[at] = (key, row as u32);
-    }
-    slots
 }

@@ -4,12 +4,20 @@ use super::GuidingDistribution;
 use super::distribution::Directions;
 use super::tree::{self, Node};
 use crate::geometry::Frame;
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask};
+use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, mask};
 use crate::math::warp;
 use glam::Vec3;
 
-/// The trees of a packet: what [`GuidingDistribution`] gives one by one, to the last bit. A tree is walked vertex by vertex; what
-/// is arithmetic before and after is done for all.
+/// The whole part of `v`, within [0, 2²³): what a cast gives, which saturates and takes a jump or two for that.
+#[inline(always)]
+pub(super) fn whole(v: f32) -> u32 {
+    /// From here on numbers have no fraction, and are counted by their last bits.
+    const UNIT: f32 = (1 << 23) as f32;
+    (v.max(0.0).min(UNIT - 1.0).floor() + UNIT).to_bits() - UNIT.to_bits()
+}
+
+/// The trees of a packet: what [`GuidingDistribution`] gives one by one, to the last bit. What is arithmetic is done for all, and
+/// trees are walked level by level.
 pub struct GuideLanes<'f> {
     /// Any where there is no tree.
     nodes: [&'f [Node]; LANES],
@@ -63,29 +71,25 @@ impl<'f> GuideLanes<'f> {
         self.is.any()
     }
 
-    /// As [`GuidingDistribution::pdf`]; 0 where there is no tree.
+    /// As [`GuidingDistribution::pdf`]; 0 where it is not asked for, or there is no tree.
     #[inline(never)]
-    pub fn pdf(&self, w: &Vec3Lanes, pdf: &mut Lanes) {
-        let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    pub fn pdf(&self, asked: Mask, w: &Vec3Lanes, pdf: &mut Lanes) {
+        let (mut square, mut z) = ([[0.0; LANES]; 2], [0.0; LANES]);
         for k in 0..LANES {
             let local = self.frame(k).to_local(w.get(k));
-            let square = warp::uniform_hemisphere_to_square(local);
-            (x[k], y[k], z[k]) = (square[0], square[1], local.z);
+            [square[0][k], square[1][k]] = warp::uniform_hemisphere_to_square(local);
+            z[k] = local.z;
         }
-        *pdf = [0.0; LANES];
-        for k in each(self.is & mask(|k| z[k] >= 0.0)) {
-            pdf[k] = tree::density(self.nodes[k], [x[k], y[k]]);
-        }
+        tree::densities(&self.nodes, &square, asked & self.is & mask(|k| z[k] >= 0.0), pdf);
     }
 
     /// As [`GuidingDistribution::sample`] for the vertices that are to draw, which have trees; `w` of others is any direction.
     #[inline(never)]
     pub fn sample(&self, draws: Mask, u: &[f64; LANES], inside: &[Lanes; 2], w: &mut Vec3Lanes, pdf: &mut Lanes) {
-        let mut square = [[0.5; LANES]; 2];
-        for k in each(draws) {
-            let (cell, density) = tree::draw(self.nodes[k], u[k]);
-            [square[0][k], square[1][k]] = cell.point([inside[0][k], inside[1][k]]);
-            pdf[k] = density;
+        let cells = tree::draw_lanes(&self.nodes, draws, *u, pdf);
+        let mut square = [[0.0; LANES]; 2];
+        for k in 0..LANES {
+            [square[0][k], square[1][k]] = cells[k].point([inside[0][k], inside[1][k]]);
         }
         for k in 0..LANES {
             let local = warp::square_to_uniform_hemisphere([square[0][k], square[1][k]]);
@@ -102,5 +106,20 @@ impl<'f> GuideLanes<'f> {
 impl Default for GuideLanes<'_> {
     fn default() -> Self {
         GuideLanes::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_parts_are_those_of_a_cast_that_saturates() {
+        const MOST: u32 = (1 << 23) - 1;
+        let some =
+            [-1e9, -1.0, -0.0, 0.0, 0.999_999_94, 1.0, 2.5, 8_388_606.5, 8_388_607.0, 1e9, f32::INFINITY, f32::NAN];
+        for v in some.into_iter().chain((0..100_000).map(|k| k as f32 * 0.7)) {
+            assert_eq!(whole(v), (v as u32).min(MOST), "{v}");
+        }
     }
 }

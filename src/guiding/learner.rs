@@ -1,5 +1,6 @@
-//! The learner: folds transitions into the Q-table between rounds, and only there.
+//! The learner: owns the Q-table, has its shards learn, and cuts and drops what is in it between iterations.
 
+use super::lesson::{Lesson, Rules};
 use super::qtable::{Actions, Entry, Fraction, Returns, Shard, State, bytes_besides_actions, bytes_of_strata};
 use super::recorder::{Recorder, SHARDS, Transition, shard_of};
 use super::states::{StateKey, States};
@@ -38,7 +39,7 @@ impl Table {
             }
     }
 
-    fn nothing_known(&self) -> Actions {
+    pub(super) fn nothing_known(&self) -> Actions {
         match self {
             Table::Strata(strata) => Actions::Strata(vec![Entry::default(); strata.count()]),
             Table::Tree(_) => Actions::Tree(Cells::new()),
@@ -109,21 +110,12 @@ impl Learner {
         Learner { shards, table, oriented, rate, memory, coarseness: 1.0 }
     }
 
-    /// Folds what the tiles recorded, in the order of `recorders`; shards are independent, so the result is the
-    /// same for any number of threads.
-    ///
-    /// Targets were computed from the frozen table, so one visit after the other, Q ← Q + (target − Q)/n, gives
-    /// just what one batch update with the vanishing rate w = b/(n + b) would.
-    pub fn fold(&mut self, recorders: &[&Recorder], states: &States) {
-        let room = self.memory / SHARDS;
-        let Learner { shards, table, oriented, rate, .. } = self;
-        shards.par_iter_mut().enumerate().for_each(|(k, shard)| {
-            for transition in recorders.iter().flat_map(|recorder| recorder.shard(k)) {
-                if let Some(row) = row_for(shard, table, transition, states, room) {
-                    visit(shard.state_mut(row), transition, table, *oriented, *rate);
-                }
-            }
-        });
+    /// What the tiles recorded, by shard, in the order of `recorders`: the result is the same for any number of threads.
+    pub fn lessons<'a>(&'a mut self, recorders: &'a [&'a Recorder], states: &'a States) -> Vec<Lesson<'a>> {
+        let Learner { shards, table, oriented, rate, memory, .. } = self;
+        let rules = Rules { states, table, oriented: *oriented, rate: *rate, room: *memory / SHARDS };
+        let lesson = |(number, shard)| Lesson { rules, shard, number, recorders };
+        shards.iter_mut().enumerate().map(lesson).collect()
     }
 
     /// Cuts tables anew where the light is. Comes between two iterations, before the snapshot is taken. Where all trees
@@ -169,9 +161,9 @@ impl Learner {
             .shards
             .par_iter_mut()
             .map(|shard| {
-                let new = shard.states().iter().filter_map(&heirs).flatten().collect();
-                shard.retain(|state| heirs(state).is_none());
-                new
+                let heirs: Vec<Option<Vec<State>>> = shard.states().iter().map(&heirs).collect();
+                shard.keep(heirs.iter().map(Option::is_none));
+                heirs.into_iter().flatten().flatten().collect()
             })
             .collect();
         let room = self.memory / SHARDS;
@@ -217,59 +209,6 @@ impl Learner {
     }
 }
 
-/// Makes a state for a transition, if there is room.
-fn make_room(shard: &mut Shard, table: &Table, transition: &Transition, states: &States, room: usize) -> bool {
-    let state = State {
-        key: transition.key,
-        normal: states.normal(transition.key).unwrap_or_else(|| transition.normal.unpack()),
-        actions: table.nothing_known(),
-        visits: 0.0,
-        fresh: 0.0,
-        met: true,
-        returns: Returns::default(),
-        fraction: Fraction::default(),
-    };
-    let fits = shard.bytes() + state.bytes() <= room;
-    if fits {
-        shard.insert(state);
-    }
-    fits
-}
-
-/// Where the transition's state is held, which is made where there is none and room for one.
-#[inline]
-fn row_for(shard: &mut Shard, table: &Table, transition: &Transition, states: &States, room: usize) -> Option<u32> {
-    let known = shard.row(transition.key);
-    known.or_else(|| make_room(shard, table, transition, states, room).then(|| shard.row(transition.key))?)
-}
-
-/// One visit.
-fn visit(state: &mut State, transition: &Transition, table: &Table, oriented: bool, rate: Rate) {
-    state.visits += 1.0;
-    state.fresh += 1.0;
-    state.met = true;
-    let normal = if oriented { state.normal } else { transition.normal.unpack() };
-    let wi = transition.wi.unpack();
-    let entry = match (&mut state.actions, table) {
-        (Actions::Strata(entries), Table::Strata(strata)) => {
-            strata.index(in_table(strata.domain(), normal, wi)).map(|k| &mut entries[k])
-        }
-        (Actions::Tree(cells), Table::Tree(_)) => cells.entry_mut(Frame::from_normal(normal).to_local(wi)),
-        _ => unreachable!("a state's actions are those of its table"),
-    };
-    if let Some(entry) = entry {
-        entry.visits += 1.0;
-        // the first visit has nothing to keep
-        let step = match rate {
-            Rate::Constant(alpha) if entry.visits > 1.0 => alpha,
-            _ => 1.0 / entry.visits,
-        };
-        entry.q += (transition.target - entry.q) * step;
-    }
-    state.returns.add(transition);
-    state.fraction.step(transition);
-}
-
 /// A direction as a table holds it: hemispheres about the state's normal, spheres in world space.
 pub fn in_table(domain: Domain, normal: Vec3, w: Vec3) -> Vec3 {
     match domain {
@@ -280,6 +219,7 @@ pub fn in_table(domain: Domain, normal: Vec3, w: Vec3) -> Vec3 {
 
 impl Returns {
     /// Counts a transition in.
+    #[inline]
     pub(super) fn add(&mut self, transition: &Transition) {
         if transition.scattered == 0.0 {
             return;
@@ -301,7 +241,8 @@ impl Fraction {
 
     /// One step down the gradient of the Kullback-Leibler divergence of the mixture from the product f·cosθ·L
     /// (Müller 2019, §10.5). The step is the gradient in units of its own running size, so exposure is nothing to it.
-    fn step(&mut self, transition: &Transition) {
+    #[inline]
+    pub(super) fn step(&mut self, transition: &Transition) {
         let Transition { target, scattered, pdf, bsdf_pdf, guide_pdf, .. } = *transition;
         let share = self.share();
         let mixture = share * bsdf_pdf + (1.0 - share) * guide_pdf;

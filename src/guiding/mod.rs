@@ -1,8 +1,8 @@
 //! Learning where light comes from, while rendering.
 //!
 //! A *state* is where a path vertex lies, an *action* the stratum of the hemisphere into which the path goes on,
-//! Q(s, a) the radiance (luminance) that arrives at s from a. Tiles record transitions, the [`learner`] folds them
-//! into the [`qtable`] between rounds, and a [`Field`] is the frozen snapshot that an iteration samples from. An
+//! Q(s, a) the radiance (luminance) that arrives at s from a. Tiles record transitions, [`Lesson`]s fold them
+//! into the [`learner`]'s [`qtable`], and a [`Field`] is the frozen snapshot that an iteration samples from. An
 //! [`sdtree`] does both in a way of its own.
 //! Nothing here knows of materials, integrators or Embree.
 
@@ -13,12 +13,14 @@ pub mod file;
 mod lanes;
 pub mod learner;
 mod leaves;
+mod lesson;
 mod placing;
 pub mod qtable;
 pub mod recorder;
 mod refine;
 mod rows;
 pub mod sdtree;
+mod slots;
 pub mod states;
 mod stored;
 pub mod strata;
@@ -32,6 +34,7 @@ pub use direction::PackedDirection;
 pub use distribution::GuidingDistribution;
 pub use field::Summary;
 pub use lanes::GuideLanes;
+pub use lesson::Lesson;
 pub use recorder::{Recorder, Transition};
 pub use states::StateKey;
 pub use survey::{Decade, Survey};
@@ -112,6 +115,21 @@ impl Guide {
         match &mut self.kind {
             Kind::Tables(tables) => tables.learn(recorders),
             Kind::Leaves(leaves) => leaves.learn(recorders),
+        }
+    }
+
+    /// The same in parts, for any threads in any order, and the snapshot, which may be in use meanwhile. An SD-tree
+    /// learns at once.
+    pub fn lessons<'a>(&'a mut self, recorders: &'a [&'a Recorder]) -> (Field<'a>, Vec<Lesson<'a>>) {
+        match &mut self.kind {
+            Kind::Tables(tables) => {
+                let (field, lessons) = tables.lessons(recorders);
+                (Field::Tables(field), lessons)
+            }
+            Kind::Leaves(leaves) => {
+                leaves.learn(recorders);
+                (Field::Leaves(leaves), Vec::new())
+            }
         }
     }
 

@@ -132,6 +132,11 @@ impl Shard {
     }
 
     #[inline]
+    pub fn state(&self, row: u32) -> &State {
+        &self.states[row as usize]
+    }
+
+    #[inline]
     pub fn state_mut(&mut self, row: u32) -> &mut State {
         &mut self.states[row as usize]
     }
@@ -143,9 +148,12 @@ impl Shard {
         self.states.last_mut().expect("just pushed")
     }
 
-    /// Drops the states that `keep` does not want.
-    pub fn retain(&mut self, keep: impl Fn(&State) -> bool) {
-        self.states.retain(keep);
+    /// Drops states: `stays` says of each in turn whether it does.
+    pub fn keep(&mut self, mut stays: impl Iterator<Item = bool> + Clone) {
+        if stays.clone().all(|stays| stays) {
+            return;
+        }
+        self.states.retain(|_| stays.next().unwrap_or(true));
         self.states.shrink_to_fit();
         self.rows = self.states.iter().enumerate().map(|(row, state)| (state.key, row as u32)).collect();
         self.count_bytes();

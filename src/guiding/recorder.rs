@@ -47,6 +47,13 @@ impl Recorder {
         Recorder { shards: (0..SHARDS).map(|_| Vec::new()).collect(), points: Vec::new() }
     }
 
+    /// The same without what it holds, but with the room for it.
+    pub fn emptied(mut self) -> Recorder {
+        self.shards.iter_mut().for_each(Vec::clear);
+        self.points.clear();
+        self
+    }
+
     #[inline]
     pub fn push(&mut self, transition: Transition) {
         self.shards[shard_of(transition.key)].push(transition);

@@ -2,8 +2,11 @@
 //! there must be room.
 
 use super::learner::Learner;
-use super::qtable::{Returns, State};
+use super::qtable::{Returns, Shard, State};
+use super::recorder::shard_of;
 use super::states::{Adaptive, StateKey};
+use super::tree::FAN;
+use rayon::prelude::*;
 
 /// What it takes to cut a cell.
 #[derive(Clone, Copy, Debug)]
@@ -53,27 +56,48 @@ pub fn refine(adaptive: &mut Adaptive, learner: &mut Learner, limits: Limits) {
 
 fn survey(adaptive: &Adaptive, learner: &Learner) -> Vec<Cell> {
     let mut cells = vec![Cell::default(); adaptive.coarse_cells()];
-    for state in learner.states().filter(|state| state.fresh > 0.0) {
+    for (state, differences) in learner.states().zip(differences(learner)).filter(|(state, _)| state.fresh > 0.0) {
         let cell = &mut cells[adaptive.coarse_of(state.key)];
         cell.states += 1.0;
         cell.visits += state.fresh;
         cell.bytes += state.bytes();
-        let own = profile(learner, state);
-        for neighbour in state.key.neighbours().filter_map(|key| learner.get(key)) {
-            let other = profile(learner, neighbour);
-            let (difference, sum) =
-                own.iter().zip(&other).fold((0.0, 0.0), |(d, s), (a, b)| (d + (a - b).abs(), s + a + b));
-            if sum > 0.0 {
-                cell.difference += difference / sum;
-                cell.pairs += 1.0;
-            }
+        for difference in differences.into_iter().flatten() {
+            cell.difference += difference;
+            cell.pairs += 1.0;
         }
     }
     cells
 }
 
+/// How much the states beyond the six faces differ from each state, where both are known; in the order of the states.
+fn differences(learner: &Learner) -> impl Iterator<Item = [Option<f32>; 6]> {
+    let of_shard = |shard: &Shard| shard.states().iter().map(|state| profile(learner, state)).collect();
+    let profiles: Vec<Vec<[f32; FAN]>> = learner.shards().par_iter().map(of_shard).collect();
+    let known = |key: StateKey| {
+        let shard = shard_of(key);
+        learner.shards()[shard].row(key).map(|row| &profiles[shard][row as usize])
+    };
+    let of_state = |state: &State| {
+        let mut differences = [None; 6];
+        if let Some(own) = known(state.key).filter(|_| state.fresh > 0.0) {
+            let others = state.key.neighbours().filter_map(known);
+            differences.iter_mut().zip(others).for_each(|(found, other)| *found = difference(own, other));
+        }
+        differences
+    };
+    let of_shard = |shard: &Shard| shard.states().iter().map(of_state).collect();
+    let all: Vec<Vec<_>> = learner.shards().par_iter().map(of_shard).collect();
+    all.into_iter().flatten()
+}
+
+/// Relative; `None` where both are dark.
+fn difference(a: &[f32; FAN], b: &[f32; FAN]) -> Option<f32> {
+    let (difference, sum) = a.iter().zip(b).fold((0.0, 0.0), |(d, s), (a, b)| (d + (a - b).abs(), s + a + b));
+    (sum > 0.0).then_some(difference / sum)
+}
+
 /// Coarse shares of a state's irradiance.
-fn profile(learner: &Learner, state: &State) -> [f32; 16] {
+fn profile(learner: &Learner, state: &State) -> [f32; FAN] {
     learner.table.profile(&state.actions)
 }
 

@@ -2,12 +2,14 @@
 
 use super::field::{TableField, Use};
 use super::learner::{Learner, Table};
+use super::lesson::Lesson;
 use super::placing::Placing;
 use super::recorder::Recorder;
 use super::refine;
 use super::states::States;
 use super::voronoi::Voronoi;
 use crate::scene::description::GuidingSettings;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Visits of an iteration, on average over the states, after which adaptive states stop to learn until the next one
@@ -52,13 +54,18 @@ impl Tables {
     }
 
     pub fn learn(&mut self, recorders: &[&Recorder]) {
+        self.lessons(recorders).1.into_par_iter().for_each(Lesson::learn);
+    }
+
+    /// What is to be learnt of what tiles recorded, in parts; and the snapshot, which knows nothing of that.
+    pub fn lessons<'a>(&'a mut self, recorders: &'a [&'a Recorder]) -> (&'a TableField, Vec<Lesson<'a>>) {
         if let Some(placing) = &mut self.placing {
             recorders.iter().for_each(|recorder| placing.visit(recorder.points()));
         }
         if std::mem::take(&mut self.ended) {
             self.learner.fade();
         }
-        self.learner.fold(recorders, &self.states);
+        (&self.field, self.learner.lessons(recorders, &self.states))
     }
 
     /// Whether more visits in one iteration would teach adaptive states little. Others learn from all: their memory is

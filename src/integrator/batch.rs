@@ -218,6 +218,8 @@ pub struct Batch {
     pub(super) features: Vec<Features>,
     /// By path, 1 over the luminance expected of its pixel, where guided roulette goes by it.
     pub(super) inverse_luminance: Vec<f32>,
+    /// Empty: for the next task's transitions, perhaps with room from earlier ones.
+    pub recorder: Recorder,
 }
 
 impl Batch {
@@ -234,6 +236,7 @@ impl Batch {
             direct: Vec::new(),
             features: Vec::new(),
             inverse_luminance: Vec::new(),
+            recorder: Recorder::new(),
         }
     }
 }

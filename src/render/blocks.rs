@@ -28,6 +28,7 @@ impl<W: Watch> Driver<'_, W> {
             self.samples = (self.paths / self.pixels()) as u32;
             go_on = observer(&self.progress());
         }
+        self.take_in(&mut report);
         for first in (0..spp).step_by(self.tiling.samples as usize) {
             self.film.add_samples(self.tiling.samples.min(spp - first), first < FEATURE_SAMPLES);
         }

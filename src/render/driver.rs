@@ -1,16 +1,15 @@
-//! The driver: iterations × passes × tasks, the clock, and what the guide learns between rounds.
+//! The driver: iterations × passes × rounds, and the clock.
 
+use super::round::{Spare, Traced};
 use super::schedule::{Tiling, iteration_samples, iteration_seconds, round_paths, rounds};
 use super::worth::Worth;
 use super::{IterationReport, Keeping, Observer, Progress, Rendering, Settings};
 use crate::film::accumulate::{FEATURE_SAMPLES, Film};
 use crate::guiding::Guide;
-use crate::integrator::path::GuideUse;
 use crate::integrator::probe::Watch;
-use crate::integrator::{Batch, BatchResult, Counters, Efficiency, PathIntegrator, Task};
+use crate::integrator::{Counters, Efficiency};
 use crate::scene::Scene;
 use crate::scene::description::{Combine, GuidingMethod, Updates};
-use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
 /// Without a guide all samples are alike, whatever they seem to be.
@@ -39,6 +38,8 @@ pub(super) struct Driver<'a, W> {
     pub(super) samples: u32,
     pub(super) paths: u64,
     pub(super) start: Instant,
+    pub(super) traced: Traced,
+    pub(super) spare: Spare,
 }
 
 impl<'a, W: Watch> Driver<'a, W> {
@@ -70,6 +71,8 @@ impl<'a, W: Watch> Driver<'a, W> {
             samples: 0,
             paths: 0,
             start,
+            traced: Traced::default(),
+            spare: Spare::default(),
         }
     }
 
@@ -154,6 +157,7 @@ impl<'a, W: Watch> Driver<'a, W> {
                 break;
             }
         }
+        self.take_in(&mut report);
         if let Some(guide) = self.guide.as_mut().filter(|_| learn && (go_on || self.keep)) {
             // An iteration that was broken off says too little of where states are to be refined or dropped.
             let whole = go_on || report.samples >= samples / 2;
@@ -182,61 +186,9 @@ impl<'a, W: Watch> Driver<'a, W> {
         self.samples += samples;
     }
 
-    /// Traces the tasks of a round; then the guide learns from it.
-    pub(super) fn round(&mut self, round: &[Task], learn: bool, report: &mut IterationReport) {
-        let enough = self.guide.as_ref().is_some_and(|guide| guide.has_enough(report.counters.transitions));
-        let learn = learn && (self.online() || !enough);
-        let results = self.trace(round, learn);
-        report.film_seconds += timed(|| {
-            for (task, result) in round.iter().zip(&results) {
-                self.film.add(&task.tile, &result.samples);
-                self.add_bounced(&task.tile, &result.bounced);
-                report.counters.add(&result.counters);
-                self.paths += result.counters.paths;
-            }
-        })
-        .as_secs_f64();
-        let online = self.online();
-        if let Some(guide) = self.guide.as_mut().filter(|_| learn) {
-            let recorders: Vec<_> = results.iter().filter_map(|result| result.recorder.as_ref()).collect();
-            report.learn_seconds += timed(|| {
-                guide.learn(&recorders);
-                if online {
-                    guide.refresh();
-                }
-            })
-            .as_secs_f64();
-        }
-    }
-
     /// Whether the guide's snapshot follows what it learns, round by round.
     pub(super) fn online(&self) -> bool {
         self.guide.is_some() && self.settings.guiding.updates == Updates::Online
-    }
-
-    /// All tasks of a round in parallel; results in the order of the tasks.
-    fn trace(&self, round: &[Task], learn: bool) -> Vec<BatchResult> {
-        let integrator = PathIntegrator {
-            scene: self.scene,
-            settings: &self.settings.integrator,
-            guide: self.guide.as_ref().filter(|_| self.guided()).map(|guide| GuideUse {
-                field: guide.field(),
-                settings: &self.settings.guiding,
-                learn,
-                efficiency: self.efficiency.as_ref(),
-            }),
-            seed: self.seed,
-            features: false,
-            bounced: self.measures(),
-        };
-        let render = |batch: &mut Batch, task: &Task| {
-            let mut probe = self.watch.begin(task);
-            let integrator = PathIntegrator { features: task.first_sample < FEATURE_SAMPLES, ..integrator };
-            let result = integrator.render_probed(task, batch, &mut probe);
-            self.watch.end(task, probe);
-            result
-        };
-        round.par_iter().map_init(Batch::new, render).collect()
     }
 
     pub(super) fn pixels(&self) -> u64 {
@@ -264,7 +216,7 @@ impl<'a, W: Watch> Driver<'a, W> {
     }
 }
 
-fn timed(f: impl FnOnce()) -> Duration {
+pub(super) fn timed(f: impl FnOnce()) -> Duration {
     let start = Instant::now();
     f();
     start.elapsed()

@@ -5,6 +5,7 @@ mod driver;
 mod efficiency;
 mod judging;
 mod noise;
+mod round;
 mod schedule;
 mod verdict;
 mod worth;
@@ -34,9 +35,9 @@ pub struct IterationReport {
     /// Samples per pixel.
     pub samples: u32,
     pub seconds: f64,
-    /// Seconds of it between rounds, in which the guide learnt and froze.
+    /// Seconds of it in which the guide learnt and froze: processor time over the number of threads.
     pub learn_seconds: f64,
-    /// Seconds of it between rounds, in which the picture took the samples of tiles.
+    /// The same of the picture, which took the samples of tiles.
     pub film_seconds: f64,
     pub counters: Counters,
     /// States that could be drawn from during the iteration.

@@ -1,6 +1,7 @@
 //! Cells that refine where it pays: the paper's future work 6.4.
 
 use super::{NORMAL_BITS, POSITION_BITS, StateKey, jittered, lay, normal_bin, pack};
+use crate::guiding::lanes::whole;
 use crate::math::lanes::{LANES, Vec3Lanes};
 use glam::{UVec3, Vec3};
 
@@ -79,8 +80,7 @@ impl Adaptive {
 
     #[inline(always)]
     fn coarse(&self, p: Vec3) -> usize {
-        // casts saturate
-        let c = UVec3::new(p.x as u32, p.y as u32, p.z as u32).min(self.size - 1);
+        let c = UVec3::new(whole(p.x), whole(p.y), whole(p.z)).min(self.size - 1);
         ((c.z * self.size.y + c.y) * self.size.x + c.x) as usize
     }
 

@@ -4,6 +4,7 @@
 //! came from, so corners and the two sides of a thin sheet never share a table.
 
 use super::{StateKey, jittered, lay, normal_bin, pack};
+use crate::math::lanes::{LANES, Vec3Lanes};
 use glam::Vec3;
 
 /// Cells of one size, hashed: none is stored before it is met.
@@ -22,10 +23,20 @@ impl Grid {
         Grid { origin, cells_per_unit, normals }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn key(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> StateKey {
         let bin = if self.normals { normal_bin(n) } else { 0 };
         StateKey(pack(jittered((p - self.origin) * self.cells_per_unit, n, jitter), bin))
+    }
+
+    /// [`Self::key`] for a packet.
+    #[inline(never)]
+    pub fn keys(&self, points: &Vec3Lanes, normals: &Vec3Lanes, jitter: [f32; 2]) -> [StateKey; LANES] {
+        let mut keys = [StateKey(0); LANES];
+        for k in 0..LANES {
+            keys[k] = self.key(points.get(k), normals.get(k), jitter);
+        }
+        keys
     }
 
     pub fn oriented(&self) -> bool {

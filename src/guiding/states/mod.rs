@@ -6,6 +6,7 @@ mod grid;
 pub use adaptive::Adaptive;
 pub use grid::Grid;
 
+use super::lanes::whole;
 use super::voronoi::Voronoi;
 use crate::geometry::Frame;
 use glam::Vec3;
@@ -86,14 +87,14 @@ pub(super) const FACE: i32 = 3;
 pub(super) const NORMALS: usize = 6 * (FACE * FACE) as usize;
 const NORMAL_BITS: u32 = 6;
 
-/// A key from the cell that holds `cell`, and a normal's bin. Casts saturate and the border is kept: far outside of
-/// the grid everything is one border cell.
+/// A key from the cell that holds `cell`, and a normal's bin. The border is kept: far outside of the grid everything is one
+/// border cell.
 #[inline(always)]
 fn pack(cell: Vec3, bin: usize) -> u64 {
     let limit = (1 << POSITION_BITS) - 1;
-    let c = glam::IVec3::new(cell.x as i32, cell.y as i32, cell.z as i32);
-    let c = c.clamp(glam::IVec3::ZERO, glam::IVec3::splat(limit));
-    let position = c.x as u64 | (c.y as u64) << POSITION_BITS | (c.z as u64) << (2 * POSITION_BITS);
+    let coordinate = |v: f32| whole(v).min(limit) as u64;
+    let (x, y, z) = (coordinate(cell.x), coordinate(cell.y), coordinate(cell.z));
+    let position = x | y << POSITION_BITS | z << (2 * POSITION_BITS);
     position | (bin as u64) << (3 * POSITION_BITS)
 }
 
@@ -122,7 +123,7 @@ pub(super) fn normal_bin(n: Vec3) -> usize {
     };
     let face = axis + (along(n.x, n.y, n.z) < 0.0) as i32;
     let (major, x, y) = (along(a.x, a.y, a.z), if is_x { n.y } else { n.x }, if is_z { n.y } else { n.z });
-    let part = |v: f32| (((v / major + 1.0) * (0.5 * FACE as f32)) as i32).clamp(0, FACE - 1);
+    let part = |v: f32| (whole((v / major + 1.0) * (0.5 * FACE as f32)) as i32).min(FACE - 1);
     ((face * FACE + part(x)) * FACE + part(y)) as usize
 }
 

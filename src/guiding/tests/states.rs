@@ -229,6 +229,7 @@ proptest! {
 #[test]
 fn a_packets_keys_are_those_of_its_points() {
     let mut rng = Rng::new(12);
+    let grid = Grid::new(Vec3::ZERO, Vec3::new(3.0, 1.0, 2.0), 40, true);
     let mut adaptive = Adaptive::new(Vec3::ZERO, Vec3::new(3.0, 1.0, 2.0), 40, 4);
     for _ in 0..200_000 {
         adaptive.refine(rng.next_u32() as usize % adaptive.coarse_cells());
@@ -243,5 +244,7 @@ fn a_packets_keys_are_those_of_its_points() {
         let jitter = rng.f32x2();
         let keys = adaptive.keys(&p, &n, jitter);
         assert!((0..LANES).all(|k| keys[k] == adaptive.key(p.get(k), n.get(k), jitter)));
+        let keys = grid.keys(&p, &n, jitter);
+        assert!((0..LANES).all(|k| keys[k] == grid.key(p.get(k), n.get(k), jitter)));
     }
 }

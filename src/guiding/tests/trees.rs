@@ -2,6 +2,7 @@
 
 use super::directions::{chi2, turned};
 use super::*;
+use crate::math::lanes::{self, LANES, Vec3Lanes};
 use crate::math::rng::Rng;
 use crate::stats::{Domain as Whole, chi2_discrete, sidak};
 use proptest::prelude::*;
@@ -136,6 +137,38 @@ fn directions_about_any_normal_follow_their_density() {
         assert!(report.passes(level) && (report.mass - 1.0).abs() < 2e-3, "{lobe:?}, {n}: {report}");
         let wrong = chi2(&distribution, &frame, Whole::Hemisphere, &mut rng, turned);
         assert!(!wrong.passes(1e-6), "{lobe:?}, {n}: turned, and unseen: {wrong}");
+    }
+}
+
+#[test]
+fn trees_of_a_packet_are_drawn_from_as_each_by_itself() {
+    let mut rng = Rng::new(14);
+    let shape = TreeShape::new(0.01, 16.0);
+    let sharp = frozen(&shape, &learnt(&mut rng, &shape, &Lobe { axis: Vec3::Z, sharpness: 300.0 }, 5000));
+    let trees = [sharp, frozen(&shape, &Cells::new())];
+    assert!(trees[0].len() > 2 && trees[1].len() == 1);
+    for _ in 0..1000 {
+        let mut lanes = GuideLanes::new();
+        let (mut w, mut u, mut inside) = (Vec3Lanes::ZERO, [0.0; LANES], [[0.0; LANES]; 2]);
+        for k in 0..LANES {
+            if rng.f32() < 0.8 {
+                lanes.set(k, unit(&mut rng), &trees[(rng.f32() < 0.3) as usize]);
+            }
+            w.set(k, unit(&mut rng));
+            (u[k], [inside[0][k], inside[1][k]]) = (rng.f64(), rng.f32x2());
+        }
+        lanes.resolve();
+        let asked = lanes::mask(|k| k % 3 > 0);
+        let (mut pdf, mut drawn, mut density) = ([-1.0; LANES], Vec3Lanes::ZERO, [0.0; LANES]);
+        lanes.pdf(&asked, &w, &mut pdf);
+        lanes.sample(lanes.are(), &u, &inside, &mut drawn, &mut density);
+        for k in 0..LANES {
+            let alone = lanes.get(k);
+            assert_eq!(pdf[k], alone.as_ref().filter(|_| asked[k]).map_or(0.0, |alone| alone.pdf(w.get(k))));
+            if let Some(alone) = alone {
+                assert_eq!((drawn.get(k), density[k]), alone.sample(u[k], [inside[0][k], inside[1][k]]));
+            }
+        }
     }
 }
 

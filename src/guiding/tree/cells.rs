@@ -29,9 +29,14 @@ impl Cells {
     }
 
     /// The entry for a direction in the state's frame; `None` below its horizon.
-    #[inline]
+    #[cfg(test)]
     pub fn entry_mut(&mut self, local: Vec3) -> Option<&mut Entry> {
-        let [x, y] = coordinates(local)?;
+        self.entry_at(coordinates(local)?)
+    }
+
+    /// The entry for a direction with these [`coordinates`].
+    #[inline]
+    pub fn entry_at(&mut self, [x, y]: [u32; 2]) -> Option<&mut Entry> {
         let mut node = 0;
         for depth in 1..=DEPTH {
             let k = cell_at(x, y, depth);

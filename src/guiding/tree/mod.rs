@@ -4,12 +4,15 @@
 //! comparison, and what sampling reads of it is one cache line.
 
 mod cells;
+mod lanes;
 mod leaves;
 mod place;
 mod shape;
 
 pub use cells::Cells;
+pub use lanes::{densities, draw as draw_lanes};
 pub use leaves::{LeafIndex, leaves};
+pub use place::{Spots, spots};
 pub use shape::{Totals, TreeShape};
 
 use super::qtable::Entry;
@@ -39,17 +42,22 @@ pub struct Node {
 }
 
 impl Node {
-    /// The cell's part of the unit interval.
+    /// The cell's part of the unit interval. The first begins with it, and the last ends with it.
     #[inline(always)]
     fn range(&self, k: usize) -> (u32, u32) {
-        let to = if k + 1 < FAN { self.starts[k + 1] as u32 } else { WHOLE };
-        (self.starts[k] as u32, to)
+        let next = k + 1;
+        (self.starts[k] as u32, self.starts[next % FAN] as u32 + (next / FAN) as u32 * WHOLE)
     }
 
-    /// The cell whose part of the unit interval holds `at`. The first cell has always begun.
+    /// The cell whose part of the unit interval holds `u`, that part, and where in it `u` is. The first cell has always begun.
     #[inline(always)]
-    fn cell(&self, at: u16) -> usize {
-        begun(&self.starts, at) - 1
+    fn draw(&self, u: f64) -> (usize, (u32, u32), f64) {
+        let at = u * WHOLE as f64;
+        // a remainder in place of the minimum would have compilers count bit by bit
+        let k = (begun(&self.starts, at as u16) - 1).min(FAN - 1);
+        let (from, to) = self.range(k);
+        let rest = (at - from as f64) / (to - from) as f64;
+        (k, (from, to), rest.min(crate::math::ONE_MINUS_EPSILON_F64))
     }
 }
 
@@ -77,22 +85,19 @@ pub fn sample(nodes: &[Node], u: f64, inside: [f32; 2]) -> (Vec3, f32) {
 pub fn draw(nodes: &[Node], mut u: f64) -> (Place, f32) {
     let (mut node, mut place, mut density) = (&nodes[0], Place::ROOT, 1.0 / TAU);
     loop {
-        let k = node.cell((u * WHOLE as f64) as u16);
-        place = place.cell(k);
-        let (from, to) = node.range(k);
-        density *= concentration(from, to);
-        let child = node.children[k] as usize;
-        if child == 0 {
-            return (place, density);
+        let (k, range, rest) = node.draw(u);
+        (place, u) = (place.cell(k), rest);
+        density *= concentration(range);
+        match node.children[k] as usize {
+            0 => return (place, density),
+            child => node = &nodes[child],
         }
-        u = ((u * WHOLE as f64 - from as f64) / (to - from) as f64).min(crate::math::ONE_MINUS_EPSILON_F64);
-        node = &nodes[child];
     }
 }
 
 /// How many times as dense as its node a cell is that has this part of the unit interval.
-#[inline]
-fn concentration(from: u32, to: u32) -> f32 {
+#[inline(always)]
+fn concentration((from, to): (u32, u32)) -> f32 {
     (to - from) as f32 * (FAN as f32 / WHOLE as f32)
 }
 
@@ -110,8 +115,7 @@ pub fn density(nodes: &[Node], square: [f32; 2]) -> f32 {
     let mut node = &nodes[0];
     for depth in 1..=DEPTH {
         let k = cell_at(x, y, depth);
-        let (from, to) = node.range(k);
-        density *= concentration(from, to);
+        density *= concentration(node.range(k));
         match node.children[k] as usize {
             0 => break,
             child => node = &nodes[child],

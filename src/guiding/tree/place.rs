@@ -1,6 +1,9 @@
 //! Where the cells of a tree lie in the hemisphere's square.
 
 use super::{DEPTH, SIDE};
+use crate::geometry::Frame;
+use crate::guiding::lanes::whole;
+use crate::math::lanes::{LANES, Mask, Vec3Lanes, mask};
 use crate::math::warp;
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -24,7 +27,7 @@ impl Place {
     /// Cells of its size along the square's side.
     #[inline]
     pub fn side(self) -> u32 {
-        SIDE.pow(self.depth as u32)
+        1 << (SIDE.trailing_zeros() * self.depth as u32)
     }
 
     /// Uniform direction in the cell, in the state's frame.
@@ -46,7 +49,7 @@ impl Place {
     }
 }
 
-/// A direction in the state's frame, in units of the smallest cells.
+/// A direction in the state's frame, in units of the smallest cells; `None` below the horizon.
 #[inline(always)]
 pub fn coordinates(local: Vec3) -> Option<[u32; 2]> {
     (local.z >= 0.0).then(|| cells_of(warp::uniform_hemisphere_to_square(local)))
@@ -56,7 +59,35 @@ pub fn coordinates(local: Vec3) -> Option<[u32; 2]> {
 #[inline(always)]
 pub fn cells_of(square: [f32; 2]) -> [u32; 2] {
     const SMALLEST: f32 = (SIDE * SIDE * SIDE) as f32;
-    square.map(|v| (v * SMALLEST) as u32)
+    square.map(|v| whole(v * SMALLEST))
+}
+
+/// The [`coordinates`] of directions, side by side.
+pub struct Spots {
+    x: [u32; LANES],
+    y: [u32; LANES],
+    above: Mask,
+}
+
+impl Spots {
+    #[inline(always)]
+    pub fn get(&self, k: usize) -> Option<[u32; 2]> {
+        self.above.has(k).then(|| [self.x[k], self.y[k]])
+    }
+}
+
+/// Those of directions in world space, in the frames about normals.
+#[inline(never)]
+pub fn spots(normals: &Vec3Lanes, w: &Vec3Lanes) -> Spots {
+    let mut spots = Spots { x: [0; LANES], y: [0; LANES], above: Mask::NONE };
+    let mut z = [0.0; LANES];
+    for k in 0..LANES {
+        let local = Frame::from_normal(normals.get(k)).to_local(w.get(k));
+        [spots.x[k], spots.y[k]] = cells_of(warp::uniform_hemisphere_to_square(local));
+        z[k] = local.z;
+    }
+    spots.above = mask(|k| z[k] >= 0.0);
+    spots
 }
 
 /// The cell at `depth` that holds the coordinates.

@@ -52,9 +52,12 @@ impl TreeShape {
     /// hands what they know to the new ones.
     pub fn refine(&self, cells: &Cells) -> Cells {
         let irradiance = self.irradiance(cells, 0, Place::ROOT, 0.0);
-        let mut refined = Cells { entries: Vec::new(), children: Vec::new() };
+        let room = cells.entries.len();
+        let mut refined = Cells { entries: Vec::with_capacity(room), children: Vec::with_capacity(room) };
         let root: [Entry; FAN] = std::array::from_fn(|k| cells.entries[k]);
         self.rebuild(cells, Some(0), &root, Place::ROOT, self.share * irradiance, &mut refined);
+        refined.entries.shrink_to_fit();
+        refined.children.shrink_to_fit();
         refined
     }
 

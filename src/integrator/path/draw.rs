@@ -76,11 +76,13 @@ impl Packet<'_> {
     fn propose_by_guide(&self, Numbers { by_guide, cell, u, .. }: &Numbers, proposals: &mut Proposals) {
         let (mut dir, mut guide) = (Vec3Lanes::ZERO, [0.0; LANES]);
         self.trees().sample(*by_guide, cell, u, &mut dir, &mut guide);
+        // what neither draws has no use for a density
+        let by_bsdf = proposals.goes & !*by_guide;
         let (by_guide, trees) = (by_guide.lanes(), self.trees().are().lanes());
         for k in 0..LANES {
             proposals.dir.set(k, pick(by_guide.has(k), dir.get(k), proposals.dir.get(k)));
         }
-        self.trees().pdf(&proposals.dir, &mut proposals.guide);
+        self.trees().pdf(by_bsdf, &proposals.dir, &mut proposals.guide);
         let (mut local, mut bsdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
         self.surfaces.to_local(&proposals.dir, &mut local);
         self.bsdfs.diffuse().eval_pdf(self.surfaces.wo_locals(), &local, &mut proposals.value, &mut bsdf);

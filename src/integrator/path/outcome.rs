@@ -21,7 +21,7 @@ impl<P: Probe> Walk<'_, '_, P> {
             return None;
         }
         self.probe.stage(Stage::Record);
-        let mut recorder = Recorder::new();
+        let mut recorder = std::mem::take(&mut self.batch.recorder);
         let b = &mut *self.batch;
         backup::record(&b.vertices, &mut b.followed, &mut recorder);
         b.points.drain(..).for_each(|(p, n)| recorder.push_point(p, n));
