@@ -160,11 +160,11 @@ fn trees_of_a_packet_are_drawn_from_as_each_by_itself() {
         lanes.resolve();
         let asked = lanes::mask(|k| k % 3 > 0);
         let (mut pdf, mut drawn, mut density) = ([-1.0; LANES], Vec3Lanes::ZERO, [0.0; LANES]);
-        lanes.pdf(&asked, &w, &mut pdf);
+        lanes.pdf(asked, &w, &mut pdf);
         lanes.sample(lanes.are(), &u, &inside, &mut drawn, &mut density);
         for k in 0..LANES {
             let alone = lanes.get(k);
-            assert_eq!(pdf[k], alone.as_ref().filter(|_| asked[k]).map_or(0.0, |alone| alone.pdf(w.get(k))));
+            assert_eq!(pdf[k], alone.as_ref().filter(|_| asked.has(k)).map_or(0.0, |alone| alone.pdf(w.get(k))));
             if let Some(alone) = alone {
                 assert_eq!((drawn.get(k), density[k]), alone.sample(u[k], [inside[0][k], inside[1][k]]));
             }
