@@ -1,3 +1,4 @@
+use super::super::cost::{GUIDE_COST, LEARNING_COST, SHADOW_COST};
 use super::*;
 use std::time::Duration;
 
@@ -5,7 +6,7 @@ const PIXELS: u64 = 40_000;
 
 /// A grey picture of sixteen samples a pixel, whose samples have the given variance.
 fn noise(variance: f64) -> Noise {
-    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], samples: 16 }
+    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], floor: 0.0, samples: 16 }
 }
 
 /// A million paths of so many rays and seconds each.
@@ -47,10 +48,11 @@ fn tried(budget: f64, trials: &[(f64, u64)]) -> Worth {
 #[test]
 fn light_that_did_not_bounce_asks_for_no_guide() {
     let reason = |bounced| begun(bounced, 1000.0).verdict().expect("it was measured").reason;
-    let calm = begun(0.9 * CALM, 1000.0);
+    let least = 20.0 * LEAST_SHARE;
+    let calm = begun(0.9 * least, 1000.0);
     let verdict = calm.verdict().expect("it was measured");
     assert!(!calm.pays() && !verdict.guided && verdict.trial.is_none() && (verdict.variance - 20.0).abs() < 1e-12);
-    assert_eq!((reason(0.9 * CALM), reason(1.1 * CALM)), (Reason::Calm, Reason::Promising), "of a variance of 20");
+    assert_eq!((reason(0.9 * least), reason(1.1 * least)), (Reason::Calm, Reason::Promising), "of a variance of 20");
 }
 
 #[test]
