@@ -58,9 +58,17 @@ impl Noise {
         self.relative.iter().zip(&self.squares).map(|(v, square)| v * square).collect()
     }
 
-    /// How much samples vary, of which the variance in each pixel is given, where guides are judged.
+    /// How much samples vary, of which the variance in each pixel is given; with the floor of roulette.
+    pub fn spread(&self, variances: &[f64], outliers: f64) -> f64 {
+        self.relative_to(variances, 0.0, outliers)
+    }
+
+    /// The same as it counts where guides are judged.
     pub fn variance_of(&self, variances: &[f64], outliers: f64) -> f64 {
-        let relative = variances.iter().zip(&self.squares).map(|(v, square)| v / (square + self.floor));
-        mean_without_largest(relative.collect(), outliers)
+        self.relative_to(variances, self.floor, outliers)
+    }
+
+    fn relative_to(&self, variances: &[f64], floor: f64, outliers: f64) -> f64 {
+        mean_without_largest(variances.iter().zip(&self.squares).map(|(v, s)| v / (s + floor)).collect(), outliers)
     }
 }
