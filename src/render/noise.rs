@@ -60,15 +60,25 @@ impl Noise {
 
     /// How much samples vary, of which the variance in each pixel is given; with the floor of roulette.
     pub fn spread(&self, variances: &[f64], outliers: f64) -> f64 {
-        self.relative_to(variances, 0.0, outliers)
+        mean_without_largest(self.relative_to(variances, 0.0), outliers)
     }
 
     /// The same as it counts where guides are judged.
     pub fn variance_of(&self, variances: &[f64], outliers: f64) -> f64 {
-        self.relative_to(variances, self.floor, outliers)
+        mean_without_largest(self.relative_to(variances, self.floor), outliers)
     }
 
-    fn relative_to(&self, variances: &[f64], floor: f64, outliers: f64) -> f64 {
-        mean_without_largest(variances.iter().zip(&self.squares).map(|(v, s)| v / (s + floor)).collect(), outliers)
+    /// Relative standard error of [`Self::variance_of`], pixels being independent: large where a few carry most of it, as
+    /// where few paths find the light.
+    pub fn doubt(&self, variances: &[f64], outliers: f64) -> f64 {
+        let relative = self.relative_to(variances, self.floor);
+        let squares = relative.iter().map(|v| v * v).collect();
+        let count = relative.len() as f64;
+        let mean = mean_without_largest(relative, outliers);
+        (mean_without_largest(squares, outliers) / (mean * mean) - 1.0).max(0.0).sqrt() / count.sqrt()
+    }
+
+    fn relative_to(&self, variances: &[f64], floor: f64) -> Vec<f64> {
+        variances.iter().zip(&self.squares).map(|(v, square)| v / (square + floor)).collect()
     }
 }

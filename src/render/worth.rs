@@ -2,11 +2,11 @@
 //!
 //! First some samples are taken as if there were no guide, and nothing is learnt from them: a *yardstick*. It tells what a
 //! sample costs, and so how many the budget holds; how samples vary; and how much of that comes from light that bounced,
-//! which is all that a better choice of directions can help with. Where little varies, or the budget is too short to learn
-//! in, that is all. Else the guide learns, first from a sample as unguided as these, and each of its iterations is held
-//! against the yardstick by the figure of merit of a Monte Carlo estimator, 1/(variance · cost). What the trial has lost so
-//! far is reckoned in samples: once it is more than a small share of the budget, and the guide neither wins nor is about to,
-//! the render goes on without it.
+//! which is all that a better choice of directions can help with. Where that is too small a part for any guide to pay, or the
+//! budget too short to learn in, that is all. Else the guide learns, first from a sample as unguided as these, and each of its
+//! iterations is held against the yardstick by the figure of merit of a Monte Carlo estimator, 1/(variance · cost). What the
+//! trial has lost so far is reckoned in samples, and with it what the next iteration is expected to lose: once that is more than
+//! a small share of the budget, and the guide does not win yet, the render goes on without it.
 
 use super::cost::{Meter, Rendered};
 use super::noise::Noise;
@@ -40,6 +40,9 @@ const RISK: (f64, f64) = (0.5, 5.0);
 
 /// How often as much while a gain is expected.
 const HOPE: f64 = 2.0;
+
+/// By how many standard errors a trial may have seemed worse than it was.
+const DOUBTS: f64 = 2.0;
 
 /// Iterations in a row that the guide may lose without getting better, however long the budget.
 const PATIENCE: u32 = 3;
@@ -217,30 +220,35 @@ impl Worth {
     /// Judges by an iteration of guided samples, after [`Self::learnt`]. `variances` are those of one of them.
     pub fn judge(&mut self, noise: &Noise, variances: &[f64], rendered: &Rendered) {
         let Some(yardstick) = &self.yardstick else { return };
-        let unguided = noise.variance_of(&yardstick.variances, outliers(yardstick.samples as f64));
-        let samples = rendered.samples as f64;
+        let (before, samples) = (outliers(yardstick.samples as f64), rendered.samples as f64);
+        let unguided = noise.variance_of(&yardstick.variances, before);
         let (drawing, whole) = self.meter.of_path(rendered);
         let (drawing, whole) = (drawing / yardstick.cost, whole / yardstick.cost);
-        let trial =
-            Trial { variance_ratio: noise.variance_of(variances, outliers(samples)) / unguided, cost_ratio: drawing };
-        let spread = noise.spread(&yardstick.variances, outliers(yardstick.samples as f64));
-        let risk = (yardstick.share * spread / RISKY).clamp(RISK.0, RISK.1);
+        let guided = noise.variance_of(variances, outliers(samples));
+        let trial = Trial { variance_ratio: guided / unguided, cost_ratio: drawing };
+        let doubt = noise.doubt(&yardstick.variances, before).hypot(noise.doubt(variances, outliers(samples)));
+        let risk = yardstick.share * noise.spread(&yardstick.variances, before) / RISKY;
         self.variance = unguided;
         self.lost += samples * (whole - 1.0 / trial.variance_ratio);
         self.spent += samples * whole;
         self.trials += 1;
-        let before = self.trial.replace(trial);
-        let progress = before.map(|before| trial.gain() / before.gain());
-        let stuck = trial.gain() < 1.0 && progress.is_some_and(|progress| progress < PROGRESS);
-        self.losses = if stuck { self.losses + 1 } else { 0 };
-        let left = (self.budget - self.spent).max(0.0);
-        let progress = progress.unwrap_or(1.0);
-        let expected = Outlook { trial, trials: self.trials, samples, whole, progress, left }.expected();
-        let patience = LOSS * risk * if expected.gain < 1.0 { 1.0 } else { HOPE };
-        let dear = trial.gain() < 1.0 && self.lost + expected.loss > patience * self.budget;
-        if self.losses >= PATIENCE || dear {
+        let progress = self.trial.replace(trial).map(|before| trial.gain() / before.gain());
+        self.losses = if trial.gain() < 1.0 && progress.is_some_and(|p| p < PROGRESS) { self.losses + 1 } else { 0 };
+        // few samples of light that few paths find say too little of how they vary: the guide has the benefit of the doubt
+        let trial = Trial { variance_ratio: trial.variance_ratio / (1.0 + DOUBTS * doubt), ..trial };
+        let (progress, left) = (progress.unwrap_or(1.0), (self.budget - self.spent).max(0.0));
+        let outlook = Outlook { trial, trials: self.trials, samples, whole, progress, left };
+        if self.losses >= PATIENCE || self.is_dear(&outlook, risk) {
             self.reason = Reason::Losing;
         }
+    }
+
+    /// Whether a guide that does not win yet would cost more than it may to go on with.
+    fn is_dear(&self, outlook: &Outlook, risk: f64) -> bool {
+        let expected = outlook.expected();
+        let hope = if expected.gain < 1.0 { 1.0 } else { HOPE };
+        let limit = LOSS * risk.clamp(RISK.0, RISK.1) * hope * self.budget;
+        outlook.trial.gain() < 1.0 && self.lost + expected.loss > limit
     }
 }
 

@@ -153,3 +153,17 @@ fn cost_is_counted_or_what_the_clock_says_without_what_was_recorded() {
     let (clocked, lost) = cost(true, &guided);
     assert!((clocked - 1.0).abs() < 1e-12 && (lost - 2.0).abs() < 1e-9, "{clocked}, {lost}");
 }
+
+#[test]
+fn a_guide_has_the_benefit_of_the_doubt_where_few_pixels_say_how_samples_vary() {
+    let lost = |bright: usize| {
+        let mut worth = begun(10.0, 60.0);
+        // 20 on average, all of it in one of so many pixels
+        let variances: Vec<f64> =
+            (0..PIXELS as usize).map(|i| if i % bright == 0 { 20.0 * bright as f64 } else { 0.0 }).collect();
+        worth.learnt(variances, 1, &rendered(&counters(5), 2));
+        worth.judge(&noise(20.0), &vec![22.0; PIXELS as usize], &rendered(&counters(10), 4));
+        worth.pays()
+    };
+    assert!(!lost(1) && !lost(5) && lost(1000), "the same trial, with a standard error of 0, 1 and 16 %");
+}
