@@ -37,8 +37,8 @@ const LOSS: f64 = 0.05;
 const RISKY: f64 = 5.0;
 const RISK: (f64, f64) = (0.15, 5.0);
 
-/// How often as much while a gain is expected: a staircase that gains a tenth in the end had lost 2 to 6 % by then, the box
-/// that gains nothing twice what it may.
+/// How often as much while a gain is expected. The guide of a staircase, which gains a tenth in the end, had lost 2 to 6 %
+/// of the budget before it won.
 const HOPE: f64 = 4.0;
 
 /// By how many standard errors a trial may have seemed worse than it was.
