@@ -165,12 +165,12 @@ impl Iteration {
 
 /// Why the guide is in use, or not.
 fn reason(verdict: &Verdict) -> String {
-    let variance = format!("bounced light varies by {:.1} of the picture's square a sample", verdict.bounced);
+    let share = format!("bounced light makes {:.0} % of the noise", 100.0 * verdict.bounced / verdict.variance);
     let budget = format!("{:.0} samples per pixel", verdict.budget);
     match (verdict.reason, verdict.trial) {
-        (Reason::Calm, _) => format!("{variance}, which is little: this scene was rendered without a guide"),
+        (Reason::Calm, _) => format!("{share}, too little for a guide: this scene was rendered without one"),
         (Reason::Short, _) => format!("{budget} are too few to learn from: this scene was rendered without a guide"),
-        (_, None) => format!("{variance}: the guide is in use, and was not judged yet"),
+        (_, None) => format!("{share}: the guide is in use, and was not judged yet"),
         (Reason::Promising, Some(trial)) => {
             format!("{}: the guide is worth {:.1} times the samples", tried(&trial), trial.gain())
         }

@@ -1,10 +1,11 @@
 //! What iterations say of the guide, and what the driver makes of it.
 
 use super::IterationReport;
+use super::cost::Rendered;
 use super::driver::{Driver, LONGEST};
 use super::efficiency;
 use super::noise::Noise;
-use super::worth::{Rendered, Worth};
+use super::worth::Worth;
 use crate::film::tile::Tile;
 use crate::integrator::probe::Watch;
 use crate::scene::description::Roulette;

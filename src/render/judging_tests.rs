@@ -57,16 +57,19 @@ fn rendered(scene: &Scene, settings: &Settings, method: GuidingMethod) -> Render
 
 #[test]
 fn what_is_not_worth_a_trial_is_rendered_as_without_a_guide() {
-    let (scene, settings) = own("cornell.toml", &["film.width=48", "film.height=40", "render.spp=64"]);
-    let picture = |method| rendered(&scene, &settings, method).estimate.mean;
-    let auto = rendered(&scene, &settings, GuidingMethod::Auto);
-    let verdict = auto.verdict.expect("it was measured");
-    assert!(!verdict.guided && verdict.reason == Reason::Calm && verdict.trial.is_none(), "{verdict:?}");
-    // sums are rounded in another order
-    let same =
-        |other: &[Rgb]| auto.estimate.mean.iter().zip(other).all(|(a, b)| (*a - *b).length() <= 1e-5 * b.length());
-    assert!(same(&picture(GuidingMethod::None)));
-    assert!(!same(&picture(GuidingMethod::Adaptive)), "a guide would have rendered it otherwise");
+    let small = ["film.width=48", "film.height=40", "render.spp=64"];
+    for (depth, reason) in [("integrator.max_depth=2", Reason::Calm), ("integrator.max_depth=16", Reason::Short)] {
+        let (scene, settings) = own("cornell.toml", &[small[0], small[1], small[2], depth]);
+        let picture = |method| rendered(&scene, &settings, method).estimate.mean;
+        let auto = rendered(&scene, &settings, GuidingMethod::Auto);
+        let verdict = auto.verdict.expect("it was measured");
+        assert!(!verdict.guided && verdict.reason == reason && verdict.trial.is_none(), "{verdict:?}");
+        // sums are rounded in another order
+        let same =
+            |other: &[Rgb]| auto.estimate.mean.iter().zip(other).all(|(a, b)| (*a - *b).length() <= 1e-5 * b.length());
+        assert!(same(&picture(GuidingMethod::None)), "{depth}");
+        assert!(!same(&picture(GuidingMethod::Adaptive)), "{depth}: a guide would have rendered it otherwise");
+    }
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Rendering: a scene and settings in, a picture, its guide and an account of each iteration out.
 
 mod blocks;
+mod cost;
 mod driver;
 mod efficiency;
 mod judging;
 mod noise;
+mod outlook;
 mod round;
 mod schedule;
 mod verdict;

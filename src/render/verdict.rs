@@ -22,7 +22,7 @@ pub struct Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
-    /// Bounced light hardly varies.
+    /// So little of what varies is bounced light that no guide could pay.
     Calm,
     /// The budget is too short to learn in.
     Short,

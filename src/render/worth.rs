@@ -2,20 +2,21 @@
 //!
 //! First some samples are taken as if there were no guide, and nothing is learnt from them: a *yardstick*. It tells what a
 //! sample costs, and so how many the budget holds; how samples vary; and how much of that comes from light that bounced,
-//! which is all that a better choice of directions can help with. Where little varies, or the budget is too short to learn
-//! in, that is all. Else the guide learns, first from a sample as unguided as these, and each of its iterations is held
-//! against the yardstick by the figure of merit of a Monte Carlo estimator, 1/(variance · cost). What the trial has lost so
-//! far is reckoned in samples: once it is more than a small share of the budget, and the guide neither wins nor is about to,
-//! the render goes on without it.
+//! which is all that a better choice of directions can help with. Where that is too small a part for any guide to pay, or the
+//! budget too short to learn in, that is all. Else the guide learns, first from a sample as unguided as these, and each of its
+//! iterations is held against the yardstick by the figure of merit of a Monte Carlo estimator, 1/(variance · cost). What the
+//! trial has lost so far is reckoned in samples, and with it what the next iteration is expected to lose: once that is more than
+//! a small share of the budget, and the guide does not win yet, the render goes on without it.
 
+use super::cost::{Meter, Rendered};
 use super::noise::Noise;
+use super::outlook::Outlook;
 use super::verdict::{Reason, Trial, Verdict};
 use crate::integrator::Counters;
 
-/// Relative variance of one sample's bounced light below which no guide is worth its cost. Of the scenes measured, those
-/// that gained little or nothing had 0 to 2 (a city, a living room, boxes), those that a guide renders twice as well or
-/// better 3.6 and more.
-const CALM: f64 = 3.0;
+/// Share of the variance that light has which bounced, below which no guide pays: were it to find all of that light without
+/// noise, the rest would vary as before, and no guide measured cost less than 1.3 times as much as none.
+const LEAST_SHARE: f64 = 1.0 - 1.0 / 1.3;
 
 /// Samples per pixel, and camera paths, of the least budget in which a guide learns soon enough to pay. With 0.2 million
 /// paths every guide lost on rooms that it later rendered three times as well; yardstick, first lesson and two trials take
@@ -30,21 +31,18 @@ const YARDSTICK_PATHS: u64 = 1 << 15;
 const YARDSTICK_SHARE: f64 = 0.02;
 const YARDSTICK_SAMPLES: (u64, u64) = (2, 16);
 
-/// Share of the budget that a trial may lose where the variance of bounced light is `RISKY` or less. Where it is more, the
-/// guide may win as much more, and its trial lose so, up to `MOST_RISK` times.
+/// Share of the budget that a trial may lose where the variance of bounced light is `RISKY` and no gain is expected. Where
+/// it is more, the guide may win as much more, and its trial lose so; where it is less, less; within these bounds.
 const LOSS: f64 = 0.05;
 const RISKY: f64 = 5.0;
-const MOST_RISK: f64 = 5.0;
+const RISK: (f64, f64) = (0.15, 5.0);
 
-/// By how much a guide that pays in the end lowers its variance from one iteration to the next; it was 1.2 to 2.
-const LEARNS: f64 = 1.5;
+/// How often as much while a gain is expected. The guide of a staircase, which gains a tenth in the end, had lost 2 to 6 %
+/// of the budget before it won.
+const HOPE: f64 = 4.0;
 
-/// What each of the first trials is expected to gain over the one before, at least, as the guide learns and roulette begins
-/// to go by it. Where a guide wins in the end it was 1.3 to 4 from the first to the second.
-const FIRST_PROGRESS: f64 = 2.0;
-
-/// What later ones gain is expected to be what the last did, within reason.
-const MOST_PROGRESS: f64 = 2.0;
+/// By how many standard errors a trial may have seemed worse than it was.
+const DOUBTS: f64 = 2.0;
 
 /// Iterations in a row that the guide may lose without getting better, however long the budget.
 const PATIENCE: u32 = 3;
@@ -53,32 +51,11 @@ const PATIENCE: u32 = 3;
 const PROGRESS: f64 = 1.1;
 
 /// Share of all samples that may be outliers, as many pixels having no say in the variance: the same of few samples as
-/// of many, so that both see as much of a long tail. At most so many pixels.
+/// of many, so that both see as much of a long tail. At most so many pixels, and of a guide no more than of the yardstick, be
+/// its trial ever so long: what a guide seldom looks for is in its tail, and in the picture. The guide of a box that lost a
+/// fifth seemed to win.
 const OUTLIERS: f64 = 1e-4;
 const MOST_OUTLIERS: f64 = 0.05;
-
-/// What cost is counted in, where a clock must not decide: rays; a shadow ray with the choice of its light; a vertex
-/// at which the guide was asked and drawn from. Fitted to profiles of a box of 36 triangles and a room of 300 000.
-const SHADOW_COST: f64 = 0.5;
-const GUIDE_COST: f64 = 0.8;
-
-/// The same of a transition, recorded and learnt from; by the clock it was 0.4 to 1.2 on the scenes above.
-const LEARNING_COST: f64 = 0.9;
-
-/// An iteration that was just rendered.
-pub struct Rendered<'a> {
-    /// Samples per pixel.
-    pub samples: u32,
-    pub counters: &'a Counters,
-    /// Processor time of all threads that went into learning between rounds.
-    pub learning: f64,
-}
-
-impl Rendered<'_> {
-    fn paths(&self) -> f64 {
-        self.counters.paths.max(1) as f64
-    }
-}
 
 /// What was seen without a guide.
 struct Unguided {
@@ -96,8 +73,7 @@ struct Unguided {
 
 /// Judges the guide, iteration by iteration.
 pub struct Worth {
-    /// Cost is what the clock says; else it is counted, so that the same seed always gives the same picture.
-    clock: bool,
+    meter: Meter,
     pixels: u64,
     /// Of bounced light, pixel by pixel: Σ x and Σ x² over the yardstick.
     bounced: Vec<[f32; 2]>,
@@ -121,7 +97,7 @@ pub struct Worth {
 impl Worth {
     pub fn new(clock: bool, pixels: u64) -> Worth {
         Worth {
-            clock,
+            meter: Meter { clock },
             pixels,
             bounced: vec![[0.0; 2]; pixels as usize],
             passes: Vec::new(),
@@ -192,7 +168,7 @@ impl Worth {
     /// Takes a pass of the yardstick over the picture: counters before and after.
     pub fn add_pass(&mut self, before: &Counters, after: &Counters) {
         let paths = (after.paths - before.paths).max(1) as f64;
-        self.passes.push((self.drawing(after) - self.drawing(before)) / paths);
+        self.passes.push((self.meter.drawing(after) - self.meter.drawing(before)) / paths);
     }
 
     /// Of an unguided camera path, once the yardstick has a pass. Where it has several, the first only warms caches.
@@ -211,15 +187,15 @@ impl Worth {
         let of_bounced = |[sum, squares]: [f32; 2]| ((squares as f64 - (sum as f64).powi(2) / n) / (n - 1.0)).max(0.0);
         let bounced: Vec<f64> = std::mem::take(&mut self.bounced).into_iter().map(of_bounced).collect();
         let bounced = noise.variance_of(&bounced, outliers(n));
-        self.variance = noise.variance(outliers(n));
-        self.reason = if bounced < CALM {
+        self.variance = noise.variance_of(&noise.variances(), outliers(n));
+        let share = bounced / self.variance;
+        self.reason = if share < LEAST_SHARE {
             Reason::Calm
         } else if budget < LEAST_SAMPLES || budget * (self.pixels as f64) < LEAST_PATHS {
             Reason::Short
         } else {
             Reason::Promising
         };
-        let share = bounced / self.variance;
         let cost = self.cost();
         self.yardstick = Some(Unguided {
             variances: Vec::new(),
@@ -234,7 +210,7 @@ impl Worth {
     /// Takes the iteration after, of which the guide learns first: it is unguided, too, and adds to the yardstick.
     /// `variances` are those of one sample of both, `samples` per pixel.
     pub fn learnt(&mut self, variances: Vec<f64>, samples: u32, rendered: &Rendered) {
-        let whole = (self.drawing(rendered.counters) + self.learning(rendered)) / rendered.paths();
+        let (_, whole) = self.meter.of_path(rendered);
         let Some(yardstick) = self.yardstick.as_mut() else { return };
         (yardstick.variances, yardstick.samples) = (variances, samples);
         self.learns = true;
@@ -246,48 +222,37 @@ impl Worth {
     /// Judges by an iteration of guided samples, after [`Self::learnt`]. `variances` are those of one of them.
     pub fn judge(&mut self, noise: &Noise, variances: &[f64], rendered: &Rendered) {
         let Some(yardstick) = &self.yardstick else { return };
-        let unguided = noise.variance_of(&yardstick.variances, outliers(yardstick.samples as f64));
         let samples = rendered.samples as f64;
-        let drawing = self.drawing(rendered.counters) / rendered.paths() / yardstick.cost;
-        let whole = drawing + self.learning(rendered) / rendered.paths() / yardstick.cost;
-        let trial =
-            Trial { variance_ratio: noise.variance_of(variances, outliers(samples)) / unguided, cost_ratio: drawing };
+        let before = outliers(yardstick.samples as f64);
+        let after = before.min(outliers(samples));
+        let unguided = noise.variance_of(&yardstick.variances, before);
+        let (drawing, whole) = self.meter.of_path(rendered);
+        let (drawing, whole) = (drawing / yardstick.cost, whole / yardstick.cost);
+        let guided = noise.variance_of(variances, after);
+        let trial = Trial { variance_ratio: guided / unguided, cost_ratio: drawing };
+        let doubt = noise.doubt(&yardstick.variances, before).hypot(noise.doubt(variances, after));
+        let risk = yardstick.share * noise.spread(&yardstick.variances, before) / RISKY;
         self.variance = unguided;
         self.lost += samples * (whole - 1.0 / trial.variance_ratio);
         self.spent += samples * whole;
-        let progress = self.trial.map_or(FIRST_PROGRESS, |before| trial.gain() / before.gain());
-        self.losses = if trial.gain() < 1.0 && progress < PROGRESS { self.losses + 1 } else { 0 };
         self.trials += 1;
-        // the third trial is the first that splits paths: what that costs pays when the guide has learnt more
-        let least = if self.trials <= 3 { FIRST_PROGRESS } else { 1.0 };
-        let progress = progress.clamp(least, MOST_PROGRESS);
-        // what the next iteration will lose; the last is as long as what is left, and nothing learns from it
-        let left = (self.budget - self.spent).max(0.0) / drawing;
-        let last = left < 6.0 * samples;
-        // what was learnt of one sample helps nowhere yet: in rooms that guides then rendered 2 to 9 times as well, the first
-        // trial's variance was 0.9 to 4 times the unguided
-        let hopes = trial.gain() * progress >= 1.0 || (self.trials == 1 && !last);
-        let lose = |samples: f64, cost: f64, gain: f64| samples * (cost - gain / trial.variance_ratio).max(0.0);
-        let next = if last { lose(left, drawing, progress) } else { lose(2.0 * samples, whole, LEARNS) };
-        let risk = (yardstick.share * unguided / RISKY).clamp(1.0, MOST_RISK);
-        let dear = self.lost + next > LOSS * risk * self.budget;
-        self.trial = Some(trial);
-        if self.losses >= PATIENCE || (dear && !hopes) {
+        let progress = self.trial.replace(trial).map(|before| trial.gain() / before.gain());
+        self.losses = if trial.gain() < 1.0 && progress.is_some_and(|p| p < PROGRESS) { self.losses + 1 } else { 0 };
+        // few samples of light that few paths find say too little of how they vary: the guide has the benefit of the doubt
+        let trial = Trial { variance_ratio: trial.variance_ratio / (1.0 + DOUBTS * doubt), ..trial };
+        let (progress, left) = (progress.unwrap_or(1.0), (self.budget - self.spent).max(0.0));
+        let outlook = Outlook { trial, trials: self.trials, samples, whole, progress, left };
+        if self.losses >= PATIENCE || self.is_dear(&outlook, risk) {
             self.reason = Reason::Losing;
         }
     }
 
-    /// What tracing camera paths costs.
-    fn drawing(&self, c: &Counters) -> f64 {
-        let counted = || c.rays as f64 + SHADOW_COST * c.shadow_rays as f64 + GUIDE_COST * c.guide_hits as f64;
-        if self.clock { c.total.saturating_sub(c.recording).as_secs_f64() } else { counted() }
-    }
-
-    /// What learning from them costs beside that.
-    fn learning(&self, rendered: &Rendered) -> f64 {
-        let c = rendered.counters;
-        let counted = LEARNING_COST * c.transitions as f64;
-        if self.clock { c.recording.as_secs_f64() + rendered.learning } else { counted }
+    /// Whether a guide that does not win yet would cost more than it may to go on with.
+    fn is_dear(&self, outlook: &Outlook, risk: f64) -> bool {
+        let expected = outlook.expected();
+        let hope = if expected.gain < 1.0 { 1.0 } else { HOPE };
+        let limit = LOSS * risk.clamp(RISK.0, RISK.1) * hope * self.budget;
+        outlook.trial.gain() < 1.0 && self.lost + expected.loss > limit
     }
 }
 

@@ -1,3 +1,4 @@
+use super::super::cost::{GUIDE_COST, LEARNING_COST, SHADOW_COST};
 use super::*;
 use std::time::Duration;
 
@@ -5,7 +6,7 @@ const PIXELS: u64 = 40_000;
 
 /// A grey picture of sixteen samples a pixel, whose samples have the given variance.
 fn noise(variance: f64) -> Noise {
-    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], samples: 16 }
+    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], floor: 0.0, samples: 16 }
 }
 
 /// A million paths of so many rays and seconds each.
@@ -47,10 +48,11 @@ fn tried(budget: f64, trials: &[(f64, u64)]) -> Worth {
 #[test]
 fn light_that_did_not_bounce_asks_for_no_guide() {
     let reason = |bounced| begun(bounced, 1000.0).verdict().expect("it was measured").reason;
-    let calm = begun(0.9 * CALM, 1000.0);
+    let least = 20.0 * LEAST_SHARE;
+    let calm = begun(0.9 * least, 1000.0);
     let verdict = calm.verdict().expect("it was measured");
     assert!(!calm.pays() && !verdict.guided && verdict.trial.is_none() && (verdict.variance - 20.0).abs() < 1e-12);
-    assert_eq!((reason(0.9 * CALM), reason(1.1 * CALM)), (Reason::Calm, Reason::Promising), "of a variance of 20");
+    assert_eq!((reason(0.9 * least), reason(1.1 * least)), (Reason::Calm, Reason::Promising), "of a variance of 20");
 }
 
 #[test]
@@ -150,4 +152,18 @@ fn cost_is_counted_or_what_the_clock_says_without_what_was_recorded() {
     assert!((lost - 4.0 * (counted + LEARNING_COST / 2.0 - 1.0)).abs() < 1e-9, "learning is part of the loss");
     let (clocked, lost) = cost(true, &guided);
     assert!((clocked - 1.0).abs() < 1e-12 && (lost - 2.0).abs() < 1e-9, "{clocked}, {lost}");
+}
+
+#[test]
+fn a_guide_has_the_benefit_of_the_doubt_where_few_pixels_say_how_samples_vary() {
+    let lost = |bright: usize| {
+        let mut worth = begun(10.0, 60.0);
+        // 20 on average, all of it in one of so many pixels
+        let variances: Vec<f64> =
+            (0..PIXELS as usize).map(|i| if i % bright == 0 { 20.0 * bright as f64 } else { 0.0 }).collect();
+        worth.learnt(variances, 1, &rendered(&counters(5), 2));
+        worth.judge(&noise(20.0), &vec![22.0; PIXELS as usize], &rendered(&counters(10), 4));
+        worth.pays()
+    };
+    assert!(!lost(1) && !lost(5) && lost(1000), "the same trial, with a standard error of 0, 1 and 16 %");
 }

@@ -1,0 +1,104 @@
+//! What is to be expected of the guide in the rest of a render, by how it did so far.
+
+use super::verdict::Trial;
+
+/// What the first trials are expected to gain over the one before, at least: the second has learnt from three times as much as
+/// the first, and the third is the first that goes by roulette. Where a guide wins in the end the former was 1.3 to 4, the
+/// latter 1.1 to 2.7, or less than 1 where splitting paths is dear and pays later.
+const FIRST_PROGRESS: [f64; 2] = [2.0, 1.3];
+
+/// What later ones gain is expected to be what the last did, within reason, and less and less: so much is left of its logarithm
+/// from one to the next.
+const MOST_PROGRESS: f64 = 2.0;
+const FADES: f64 = 0.6;
+
+/// The guide after its newest trial. Costs are those of unguided samples per pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Outlook {
+    pub trial: Trial,
+    /// How many have been.
+    pub trials: u32,
+    /// Samples per pixel of the newest.
+    pub samples: f64,
+    /// Of one of its samples, learning included.
+    pub whole: f64,
+    /// Its gain over that of the one before.
+    pub progress: f64,
+    /// What is left of the budget.
+    pub left: f64,
+}
+
+/// What is expected to come of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// Unguided samples that the rest is worth, for each that could be had instead.
+    pub gain: f64,
+    /// Unguided samples per pixel that the next iteration loses.
+    pub loss: f64,
+}
+
+impl Outlook {
+    /// Goes through the iterations that are left: each twice as long as the one before, and learnt from, but the last, which is as
+    /// long as what then is left.
+    pub fn expected(&self) -> Expected {
+        let least = FIRST_PROGRESS.get(self.trials as usize - 1).copied().unwrap_or(1.0);
+        let mut progress = self.progress.clamp(least, MOST_PROGRESS);
+        let (mut samples, mut variance, mut left) = (self.samples, self.trial.variance_ratio, self.left);
+        let (mut worth, mut loss) = (0.0, None);
+        loop {
+            samples *= 2.0;
+            variance /= progress;
+            progress = progress.powf(FADES);
+            let all = left / self.trial.cost_ratio;
+            let last = all < 3.0 * samples;
+            let (drawn, cost) = if last { (all, left) } else { (samples, samples * self.whole) };
+            worth += drawn / variance;
+            left -= cost;
+            loss.get_or_insert((cost - drawn / variance).max(0.0));
+            if last || left <= 0.0 {
+                break;
+            }
+        }
+        let gain = if self.left > 0.0 { worth / (self.left - left) } else { 1.0 / (variance * self.trial.cost_ratio) };
+        Expected { gain, loss: loss.unwrap_or(0.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(trials: u32, variance_ratio: f64, progress: f64, left: f64) -> Expected {
+        let trial = Trial { variance_ratio, cost_ratio: 2.0 };
+        Outlook { trial, trials, samples: 8.0, whole: 2.5, progress, left }.expected()
+    }
+
+    #[test]
+    fn the_last_iteration_is_all_that_is_left_and_nothing_learns_from_it() {
+        // 40 samples for 80, each worth 1/0.4 unguided ones
+        let Expected { gain, loss } = after(5, 0.4, 1.0, 80.0);
+        assert!((gain - 1.25).abs() < 1e-12 && loss == 0.0, "{gain}, {loss}");
+        let Expected { gain, loss } = after(5, 0.8, 1.0, 80.0);
+        assert!((gain - 0.625).abs() < 1e-12 && (loss - 30.0).abs() < 1e-9, "{gain}, {loss}");
+    }
+
+    #[test]
+    fn what_is_learnt_from_costs_more_and_progress_fades() {
+        // 16 samples with learning, then 40 of the other 80
+        let Expected { gain, loss } = after(5, 0.6, 1.0, 120.0);
+        assert!((gain - 56.0 / 0.6 / 120.0).abs() < 1e-12 && (loss - (40.0 - 16.0 / 0.6)).abs() < 1e-9);
+        let Expected { gain, .. } = after(5, 0.6, 1.2, 120.0);
+        let expected = (16.0 * 1.2 + 40.0 * 1.2f64.powf(1.0 + FADES)) / 0.6 / 120.0;
+        assert!((gain - expected).abs() < 1e-12, "{gain} and not {expected}");
+    }
+
+    #[test]
+    fn more_is_expected_of_first_trials_and_nothing_beyond_reason() {
+        let gain = |trials, progress| after(trials, 1.0, progress, 80.0).gain;
+        for (trials, expected) in [(1, 1.0), (2, 0.65), (3, 0.5)] {
+            assert!((gain(trials, 0.5) - expected).abs() < 1e-12, "after {trials}");
+        }
+        assert_eq!(gain(3, 100.0), gain(3, MOST_PROGRESS));
+        assert!(after(1, 1.0, 1.0, 0.0).gain.is_finite(), "nothing is left");
+    }
+}
