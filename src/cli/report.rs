@@ -168,7 +168,10 @@ fn reason(verdict: &Verdict) -> String {
     let share = format!("bounced light makes {:.0} % of the noise", 100.0 * verdict.bounced / verdict.variance);
     let budget = format!("{:.0} samples per pixel", verdict.budget);
     match (verdict.reason, verdict.trial) {
-        (Reason::Calm, _) => format!("{share}, too little for a guide: this scene was rendered without one"),
+        (Reason::Calm, _) => {
+            let variance = format!("with a relative variance of {:.2} a sample", verdict.bounced);
+            format!("{share}, {variance}, too little for a guide: this scene was rendered without one")
+        }
         (Reason::Short, _) => format!("{budget} are too few to learn from: this scene was rendered without a guide"),
         (_, None) => format!("{share}: the guide is in use, and was not judged yet"),
         (Reason::Promising, Some(trial)) => {

@@ -13,6 +13,7 @@ pub mod instructions;
 mod packet;
 mod packing;
 mod scene;
+mod single;
 #[cfg(test)]
 mod tests;
 

@@ -2,7 +2,8 @@
 
 use super::device::Device;
 use super::geometry::{Filter, Instance, OpacityTest, filter};
-use super::packet::{self, Hit, Ray};
+use super::packet::{Hit, Ray};
+use super::single;
 use super::sys;
 use crate::geometry::Mesh;
 use crate::{Error, Result};
@@ -130,12 +131,12 @@ impl SceneBuilder {
 impl Scene {
     /// Closest hit of one ray.
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        packet::intersect_one(self, ray)
+        single::intersect_one(self, ray)
     }
 
     /// Whether anything lies on the ray.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        packet::occluded_one(self, ray)
+        single::occluded_one(self, ray)
     }
 
     /// Corners of the bounding box; `None` for an empty scene.

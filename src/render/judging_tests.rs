@@ -58,8 +58,13 @@ fn rendered(scene: &Scene, settings: &Settings, method: GuidingMethod) -> Render
 #[test]
 fn what_is_not_worth_a_trial_is_rendered_as_without_a_guide() {
     let small = ["film.width=48", "film.height=40", "render.spp=64"];
-    for (depth, reason) in [("integrator.max_depth=2", Reason::Calm), ("integrator.max_depth=16", Reason::Short)] {
-        let (scene, settings) = own("cornell.toml", &[small[0], small[1], small[2], depth]);
+    let cases = [
+        ("cornell.toml", "integrator.max_depth=2", Reason::Calm),
+        ("cornell.toml", "integrator.max_depth=16", Reason::Calm),
+        ("door.toml", "integrator.max_depth=16", Reason::Short),
+    ];
+    for (scene, depth, reason) in cases {
+        let (scene, settings) = own(scene, &[small[0], small[1], small[2], depth]);
         let picture = |method| rendered(&scene, &settings, method).estimate.mean;
         let auto = rendered(&scene, &settings, GuidingMethod::Auto);
         let verdict = auto.verdict.expect("it was measured");

@@ -16,15 +16,19 @@ fn counters(rays: u64) -> Counters {
 }
 
 /// After a yardstick of sixteen samples of 5 rays and the variance 20, of which `bounced` is that of bounced light.
-fn begun(bounced: f64, budget: f64) -> Worth {
+fn begun_of(bounced: f64, variance: f64, budget: f64) -> Worth {
     let mut worth = Worth::new(true, PIXELS);
     assert!(worth.measures() && !worth.pays() && worth.verdict().is_none());
     // sixteen samples, one of them x: their variance is x²/16
     let x = (16.0 * bounced).sqrt() as f32;
     (0..PIXELS as usize).for_each(|pixel| worth.add_bounced(pixel, [x, x * x]));
     worth.add_pass(&Counters::default(), &counters(5));
-    worth.begin(&noise(20.0), budget);
+    worth.begin(&noise(variance), budget);
     worth
+}
+
+fn begun(bounced: f64, budget: f64) -> Worth {
+    begun_of(bounced, 20.0, budget)
 }
 
 fn rendered(counters: &Counters, samples: u32) -> Rendered<'_> {
@@ -53,6 +57,8 @@ fn light_that_did_not_bounce_asks_for_no_guide() {
     let verdict = calm.verdict().expect("it was measured");
     assert!(!calm.pays() && !verdict.guided && verdict.trial.is_none() && (verdict.variance - 20.0).abs() < 1e-12);
     assert_eq!((reason(0.9 * least), reason(1.1 * least)), (Reason::Calm, Reason::Promising), "of a variance of 20");
+    let reason = |bounced| begun_of(bounced, 1.2 * bounced, 1000.0).verdict().expect("it was measured").reason;
+    assert_eq!((reason(0.9 * CALM), reason(1.1 * CALM)), (Reason::Calm, Reason::Promising), "nearly all of it bounced");
 }
 
 #[test]

@@ -1,0 +1,50 @@
+//! Rays by themselves.
+
+use super::compat::{self, Query};
+use super::packet::{Hit, NOTHING, Ray};
+use super::scene::{Coherence, Scene};
+use super::sys;
+use glam::Vec3;
+
+/// Closest hit of a single ray.
+pub(super) fn intersect_one(scene: &Scene, ray: &Ray) -> Option<Hit> {
+    let mut packet = sys::RTCRayHit { ray: single(ray), ..Default::default() };
+    packet.hit.geomID = NOTHING;
+    packet.hit.instID[0] = u32::MAX;
+    let mut query = Query::new(Coherence::Incoherent);
+    // SAFETY: a `Scene` is committed and alive; the struct is bindgen's own and so aligned.
+    unsafe { compat::intersect1(scene.handle(), &mut query, &mut packet) };
+    let h = &packet.hit;
+    (h.geomID != NOTHING).then(|| Hit {
+        t: packet.ray.tfar,
+        u: h.u,
+        v: h.v,
+        ng: Vec3::new(h.Ng_x, h.Ng_y, h.Ng_z),
+        primitive: h.primID,
+        geometry: h.geomID,
+        instance: h.instID[0],
+    })
+}
+
+/// Whether anything lies on a single ray.
+pub(super) fn occluded_one(scene: &Scene, ray: &Ray) -> bool {
+    let mut packet = single(ray);
+    let mut query = Query::new(Coherence::Incoherent);
+    // SAFETY: as in `intersect_one`.
+    unsafe { compat::occluded1(scene.handle(), &mut query, &mut packet) };
+    packet.tfar == f32::NEG_INFINITY
+}
+
+fn single(ray: &Ray) -> sys::RTCRay {
+    sys::RTCRay {
+        org_x: ray.org.x,
+        org_y: ray.org.y,
+        org_z: ray.org.z,
+        dir_x: ray.dir.x,
+        dir_y: ray.dir.y,
+        dir_z: ray.dir.z,
+        tfar: ray.tfar,
+        mask: u32::MAX,
+        ..Default::default()
+    }
+}
