@@ -10,6 +10,7 @@ use glam::Vec3;
 
 /// The whole part of `v`, within [0, 2²³): what a cast gives, which saturates and takes a jump or two for that.
 #[inline(always)]
+#[allow(clippy::manual_clamp, reason = "what is no number becomes 0, as a cast makes it, and not itself")]
 pub(super) fn whole(v: f32) -> u32 {
     /// From here on numbers have no fraction, and are counted by their last bits.
     const UNIT: f32 = (1 << 23) as f32;
