@@ -7,7 +7,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::Vec3;
 use phototaxis::bsdf::{BsdfModel, CoatTables};
-use phototaxis::embree::Hit;
+use phototaxis::geometry::Hit;
 use phototaxis::geometry::{Attribute, Indices, Mesh, SurfaceInteraction};
 use phototaxis::guiding::{Guide, PackedDirection, Recorder, StateKey, Transition};
 use phototaxis::math::{Rgb, alias::AliasTable, rng::Rng, warp};

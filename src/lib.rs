@@ -50,6 +50,7 @@ pub mod math;
 pub mod paper;
 pub mod render;
 pub mod scene;
+pub mod simd;
 pub mod stats;
 
 pub use error::{Error, Result};

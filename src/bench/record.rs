@@ -1,6 +1,7 @@
 //! The rays of a render, kept as its batches cast them.
 
-use crate::embree::{Coherence, HitBatch, Ray, Scene, ShadowBatch};
+use crate::embree::{Coherence, HitBatch, Scene, ShadowBatch};
+use crate::geometry::Ray;
 use crate::integrator::Task;
 use crate::integrator::probe::{Cast, Probe, Watch};
 use std::sync::Mutex;

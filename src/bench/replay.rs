@@ -2,8 +2,9 @@
 
 use super::record::{Kind, RecordedWave, Recording};
 use crate::embree::{
-    Coherence, HitBatch, HitPacket, Packet8, Packet16, Ray, Scene, Shadow8, Shadow16, ShadowBatch, ShadowPacket,
+    Coherence, HitBatch, HitPacket, Packet8, Packet16, Scene, Shadow8, Shadow16, ShadowBatch, ShadowPacket,
 };
+use crate::geometry::Ray;
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::Serialize;

@@ -2,8 +2,8 @@
 
 use super::{BLACK, Bsdf, BsdfSample, Scatter, mirrored};
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes};
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes};
 use glam::Vec3;
 
 /// f = reflectance/π above the horizon.

@@ -1,7 +1,7 @@
 //! The BSDFs of a packet.
 
 use super::{Bsdf, BsdfModel, DiffuseLanes};
-use crate::math::lanes::{LANES, Mask, Vec3Lanes};
+use crate::simd::{LANES, Mask, Vec3Lanes};
 
 /// BSDFs side by side, part by part: what is stored in pieces and loaded in one waits for the stores.
 pub struct BsdfLanes<'s> {

@@ -1,8 +1,9 @@
 //! Batches of rays, held in the very packets that Embree reads: nothing is transposed before a call.
 
-use super::packet::{Hit, HitPacket, HitRows, Packet16, Ray, RayRows, Shadow16, ShadowPacket};
-use super::packing::Packing;
+use super::packet::{HitPacket, Packet16, Shadow16, ShadowPacket};
 use super::scene::{Coherence, Scene};
+use crate::geometry::{Hit, HitRows, Ray, RayRows};
+use crate::simd::{Mask, Packing};
 
 /// Any number of rays that ask for their closest hit. Cleared and refilled wave by wave; memory is kept.
 pub struct HitBatch<P: HitPacket = Packet16> {
@@ -156,10 +157,9 @@ impl ShadowBatch {
         self.len += packing.count();
     }
 
-    /// The rays from `first`, a multiple of 16, on that nothing lay on in the last [`ShadowBatch::trace`]: one bit for each
-    /// of 16.
+    /// The rays from `first`, a multiple of 16, on that nothing lay on in the last [`ShadowBatch::trace`].
     #[inline(always)]
-    pub fn open(&self, first: usize) -> u16 {
+    pub fn open(&self, first: usize) -> Mask {
         debug_assert!(first < self.len && first.is_multiple_of(Shadow16::WIDTH));
         self.packets[first / Shadow16::WIDTH].open(Shadow16::WIDTH.min(self.len - first))
     }

@@ -9,9 +9,7 @@ mod batch;
 mod compat;
 mod device;
 mod geometry;
-pub mod instructions;
 mod packet;
-mod packing;
 mod scene;
 mod single;
 #[cfg(test)]
@@ -27,6 +25,5 @@ mod sys {
 pub use batch::{HitBatch, ShadowBatch};
 pub use device::Device;
 pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest};
-pub use packet::{Hit, HitPacket, HitRows, NOTHING, Packet8, Packet16, Ray, RayRows, Shadow8, Shadow16, ShadowPacket};
-pub use packing::{Number, Packing};
-pub use scene::{Coherence, Scene, SceneBuilder};
+pub use packet::{HitPacket, Packet8, Packet16, Shadow8, Shadow16, ShadowPacket};
+pub use scene::{Coherence, Scene, SceneBuilder, Triangles};

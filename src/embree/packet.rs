@@ -1,57 +1,10 @@
-//! Rays, hits, and the packets in which Embree takes them.
+//! The packets in which Embree takes rays and gives hits.
 
 use super::compat::{self, Query};
-use super::instructions;
-use super::packing::Packing;
 use super::sys;
+use crate::geometry::{Hit, HitRows, NOTHING, Ray, RayRows};
+use crate::simd::{Mask, Packing, mask};
 use glam::Vec3;
-
-/// A ray from `org` along the unit direction `dir`, for 0 < t < `tfar`.
-#[derive(Clone, Copy, Debug)]
-pub struct Ray {
-    pub org: Vec3,
-    pub dir: Vec3,
-    pub tfar: f32,
-}
-
-/// In place of a geometry where a ray met nothing, and of an instance where there is none.
-pub const NOTHING: u32 = u32::MAX;
-
-/// What a packet of rays met, component by component. A lane whose ray met nothing holds any numbers.
-pub struct HitRows<'a> {
-    pub dir: [&'a [f32; 16]; 3],
-    pub ng: [&'a [f32; 16]; 3],
-    /// As [`Hit::u`] and [`Hit::v`].
-    pub weights: [&'a [f32; 16]; 2],
-    /// As [`Hit::geometry`]; [`NOTHING`] where nothing was met.
-    pub geometry: &'a [u32; 16],
-    pub primitive: &'a [u32; 16],
-    /// As [`Hit::instance`]; [`NOTHING`] where the mesh belongs to the scene itself.
-    pub instance: &'a [u32; 16],
-}
-
-/// Rays of a packet, component by component.
-pub struct RayRows<'a> {
-    pub org: [&'a [f32; 16]; 3],
-    pub dir: [&'a [f32; 16]; 3],
-    pub tfar: &'a [f32; 16],
-}
-
-/// Where a ray met a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    pub t: f32,
-    /// Barycentric weights of the triangle's second and third corner.
-    pub u: f32,
-    pub v: f32,
-    /// Geometric normal by the triangle's winding; not normalised, in the geometry's own space.
-    pub ng: Vec3,
-    pub primitive: u32,
-    /// As returned when the mesh was added to its scene.
-    pub geometry: u32,
-    /// As returned when the instance was added; `u32::MAX` where the mesh belongs to the scene itself.
-    pub instance: u32,
-}
 
 /// One lane mask for any width: Embree 3 reads it with 64-byte loads, and crashes where it is not aligned for them.
 #[repr(C, align(64))]
@@ -254,12 +207,9 @@ impl Shadow16 {
 
     /// Which of the first `lanes` rays nothing lay on, one bit each.
     #[inline(always)]
-    pub(super) fn open(&self, lanes: usize) -> u16 {
-        let mut open = [0; 16];
-        for lane in 0..16 {
-            open[lane] = if self.0.tfar[lane] != f32::NEG_INFINITY { u32::MAX } else { 0 };
-        }
-        instructions::bits(&open) & ((1u32 << lanes) - 1) as u16
+    pub(super) fn open(&self, lanes: usize) -> Mask {
+        let open = mask(|lane| self.0.tfar[lane] != f32::NEG_INFINITY);
+        open & Mask::from_bits(((1u32 << lanes) - 1) as u16)
     }
 }
 

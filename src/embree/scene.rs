@@ -2,10 +2,9 @@
 
 use super::device::Device;
 use super::geometry::{Filter, Instance, OpacityTest, filter};
-use super::packet::{Hit, Ray};
 use super::single;
 use super::sys;
-use crate::geometry::Mesh;
+use crate::geometry::{Hit, Ray};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::Arc;
@@ -18,7 +17,16 @@ pub enum Coherence {
     Incoherent,
 }
 
-/// Collects geometry for a [`Scene`].
+/// The buffers of a mesh, which Embree reads in place.
+#[derive(Clone, Copy)]
+pub struct Triangles<'a> {
+    /// With spare capacity for one more vertex: Embree reads vertices with 16-byte loads, four bytes past the last one.
+    pub positions: &'a Vec<[f32; 3]>,
+    /// Indices into `positions`.
+    pub triangles: &'a [[u32; 3]],
+}
+
+/// Collects geometry for a [`Scene`]. The geometries of a scene are numbered in the order in which they are added.
 pub struct SceneBuilder {
     scene: Scene,
 }
@@ -28,7 +36,7 @@ pub struct Scene {
     handle: sys::RTCScene,
     device: Arc<Device>,
     /// Embree reads these buffers during queries: they are kept until the scene is released.
-    meshes: Vec<Arc<Mesh>>,
+    buffers: Vec<Arc<dyn Send + Sync>>,
     #[allow(clippy::vec_box, reason = "Embree keeps their addresses, which a growing vector would change")]
     filters: Vec<Box<Filter>>,
     instanced: Vec<Arc<Scene>>,
@@ -47,32 +55,39 @@ impl SceneBuilder {
         let handle = unsafe { sys::rtcNewScene(device.handle()) };
         device.check("making a scene")?;
         let scene =
-            Scene { handle, device: device.clone(), meshes: Vec::new(), filters: Vec::new(), instanced: Vec::new() };
+            Scene { handle, device: device.clone(), buffers: Vec::new(), filters: Vec::new(), instanced: Vec::new() };
         let flags = if robust { sys::RTC_SCENE_FLAG_ROBUST } else { sys::RTC_SCENE_FLAG_NONE };
         // SAFETY: the scene is live.
         unsafe { sys::rtcSetSceneFlags(handle, flags) };
         Ok(SceneBuilder { scene })
     }
 
-    /// Adds a mesh on its own buffers, without a copy; returns its geometry id.
+    /// Adds a mesh without copying it, and returns its geometry id. The scene keeps `owner`, to which the buffers belong
+    /// that `buffers` names.
     ///
     /// # Errors
-    /// Where an index is out of range, or where `positions` has no spare capacity: Embree reads vertices with
-    /// 16-byte loads, four bytes past the last one.
-    pub fn add_mesh(&mut self, mesh: Arc<Mesh>, opacity: Option<Box<dyn OpacityTest>>) -> Result<u32> {
-        check_mesh(&mesh)?;
+    /// Where an index is out of range, or where `positions` has no spare capacity.
+    pub fn add_mesh<T: Send + Sync + 'static>(
+        &mut self,
+        owner: Arc<T>,
+        buffers: impl FnOnce(&T) -> Triangles<'_>,
+        opacity: Option<Box<dyn OpacityTest>>,
+    ) -> Result<u32> {
+        let Triangles { positions, triangles } = buffers(&owner);
+        check_buffers(positions, triangles)?;
         let device = self.scene.device.clone();
         // SAFETY: the device is live.
         let geometry = unsafe { sys::rtcNewGeometry(device.handle(), sys::RTC_GEOMETRY_TYPE_TRIANGLE) };
         device.check("making a mesh")?;
-        // SAFETY: both buffers belong to `mesh`, which this scene keeps until after its release; indices are in
-        // range, and the last vertex is followed by readable memory (both checked above).
+        // SAFETY: both buffers are borrowed from the value of `owner`, which this scene keeps until after its release, and to
+        // which nobody can have exclusive access meanwhile: they neither move nor change. Indices are in range, and the last
+        // vertex is followed by readable memory (both checked above).
         unsafe {
             let (float3, uint3) = (sys::RTC_FORMAT_FLOAT3, sys::RTC_FORMAT_UINT3);
-            let (vertices, triangles) = (mesh.positions.as_ptr().cast(), mesh.triangles.as_ptr().cast());
+            let (vertices, indices) = (positions.as_ptr().cast(), triangles.as_ptr().cast());
             let (vertex, index) = (sys::RTC_BUFFER_TYPE_VERTEX, sys::RTC_BUFFER_TYPE_INDEX);
-            sys::rtcSetSharedGeometryBuffer(geometry, vertex, 0, float3, vertices, 0, 12, mesh.positions.len());
-            sys::rtcSetSharedGeometryBuffer(geometry, index, 0, uint3, triangles, 0, 12, mesh.triangles.len());
+            sys::rtcSetSharedGeometryBuffer(geometry, vertex, 0, float3, vertices, 0, 12, positions.len());
+            sys::rtcSetSharedGeometryBuffer(geometry, index, 0, uint3, indices, 0, 12, triangles.len());
         }
         if let Some(test) = opacity {
             let test = Box::new(Filter(test));
@@ -85,7 +100,7 @@ impl SceneBuilder {
             }
             self.scene.filters.push(test);
         }
-        self.scene.meshes.push(mesh);
+        self.scene.buffers.push(owner);
         self.attach(geometry)
     }
 
@@ -172,12 +187,12 @@ impl Drop for Scene {
     }
 }
 
-fn check_mesh(mesh: &Mesh) -> Result<()> {
-    if mesh.positions.capacity() == mesh.positions.len() {
+fn check_buffers(positions: &Vec<[f32; 3]>, triangles: &[[u32; 3]]) -> Result<()> {
+    if positions.capacity() == positions.len() {
         return Err(Error::Scene("a mesh's positions need spare capacity for one more vertex".into()));
     }
-    let n = mesh.positions.len() as u32;
-    match mesh.triangles.iter().position(|t| t.iter().any(|&i| i >= n)) {
+    let n = positions.len() as u32;
+    match triangles.iter().position(|t| t.iter().any(|&i| i >= n)) {
         Some(k) => Err(Error::Scene(format!("triangle {k} of a mesh has an index outside of its {n} vertices"))),
         None => Ok(()),
     }

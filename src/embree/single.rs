@@ -1,9 +1,9 @@
 //! Rays by themselves.
 
 use super::compat::{self, Query};
-use super::packet::{Hit, NOTHING, Ray};
 use super::scene::{Coherence, Scene};
 use super::sys;
+use crate::geometry::{Hit, NOTHING, Ray};
 use glam::Vec3;
 
 /// Closest hit of a single ray.

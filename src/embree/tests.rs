@@ -1,6 +1,7 @@
 use super::*;
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, Ray, RayRows};
 use crate::math::{rng::Rng, warp};
+use crate::simd::Packing;
 use glam::{Affine3A, Vec3};
 use std::sync::Arc;
 
@@ -26,9 +27,13 @@ fn bumpy_ball(n: u32) -> Arc<Mesh> {
     Arc::new(mesh)
 }
 
+fn buffers(mesh: &Mesh) -> Triangles<'_> {
+    Triangles { positions: &mesh.positions, triangles: &mesh.triangles }
+}
+
 fn ball_scene() -> Scene {
     let mut builder = SceneBuilder::new(&Device::new(1).unwrap(), false).unwrap();
-    builder.add_mesh(bumpy_ball(64), None).unwrap();
+    builder.add_mesh(bumpy_ball(64), buffers, None).unwrap();
     builder.commit().unwrap()
 }
 
@@ -97,7 +102,7 @@ fn a_see_through_mesh_lets_rays_pass_where_its_test_says() {
     mesh.triangles.push([0, 1, 2]);
     mesh.positions.reserve(1);
     let mut builder = SceneBuilder::new(&Device::new(1).unwrap(), false).unwrap();
-    builder.add_mesh(Arc::new(mesh), Some(Box::new(LeftHalf))).unwrap();
+    builder.add_mesh(Arc::new(mesh), buffers, Some(Box::new(LeftHalf))).unwrap();
     let scene = builder.commit().unwrap();
     let (mut hits, mut shadows) = (HitBatch::<Packet16>::with_capacity(16), ShadowBatch::<Shadow16>::with_capacity(16));
     let ray = |x: f32| Ray { org: Vec3::new(x, 0.1, 1.0), dir: Vec3::NEG_Z, tfar: 10.0 };
@@ -118,7 +123,7 @@ fn a_see_through_mesh_lets_rays_pass_where_its_test_says() {
 fn instances_share_a_mesh_and_are_told_apart() {
     let device = Device::new(1).unwrap();
     let mut inner = SceneBuilder::new(&device, false).unwrap();
-    inner.add_mesh(bumpy_ball(16), None).unwrap();
+    inner.add_mesh(bumpy_ball(16), buffers, None).unwrap();
     let inner = Arc::new(inner.commit().unwrap());
     let mut outer = SceneBuilder::new(&device, false).unwrap();
     let place = |x: f32| Instance { scene: inner.clone(), to_world: Affine3A::from_translation(Vec3::X * x) };
@@ -134,7 +139,7 @@ fn instances_share_a_mesh_and_are_told_apart() {
 fn all_memory_is_given_back() {
     let device = Device::new(1).unwrap();
     let mut builder = SceneBuilder::new(&device, false).unwrap();
-    builder.add_mesh(bumpy_ball(64), None).unwrap();
+    builder.add_mesh(bumpy_ball(64), buffers, None).unwrap();
     let scene = builder.commit().unwrap();
     assert!(device.memory() > 100_000, "{} bytes", device.memory());
     drop(scene);
@@ -147,10 +152,10 @@ fn a_mesh_that_would_be_read_out_of_bounds_is_refused() {
     mesh.positions.extend([[0.0; 3]; 3]);
     let device = Device::new(1).unwrap();
     let mut builder = SceneBuilder::new(&device, false).unwrap();
-    assert!(builder.add_mesh(Arc::new(mesh.clone()), None).is_err(), "index out of range");
+    assert!(builder.add_mesh(Arc::new(mesh.clone()), buffers, None).is_err(), "index out of range");
     mesh.triangles[0][2] = 2;
     mesh.positions.shrink_to_fit();
-    assert!(builder.add_mesh(Arc::new(mesh), None).is_err(), "no room behind the last vertex");
+    assert!(builder.add_mesh(Arc::new(mesh), buffers, None).is_err(), "no room behind the last vertex");
 }
 
 #[test]
@@ -172,7 +177,7 @@ fn packed_rays_are_those_that_are_pushed_one_by_one() {
         let dir = [row(|r| r.dir.x), row(|r| r.dir.y), row(|r| r.dir.z)];
         let rows = RayRows { org: [&org; 3], dir: dir.each_ref(), tfar: &tfar };
         let packing = Packing::new(chosen, hits.len());
-        assert_eq!(packing.count(), chosen.count_ones() as usize);
+        assert_eq!(packing.count(), u16::count_ones(chosen) as usize);
         hits.pack(&packing, &rows);
         shadows.pack(&packing, &rows);
         expected.extend((0..16).filter(|k| chosen >> k & 1 == 1).map(|k| rays[k]));
@@ -188,7 +193,7 @@ fn packed_rays_are_those_that_are_pushed_one_by_one() {
         }
         assert!(hits.hit(i).is_none());
     }
-    let open: u32 = (0..shadows.len()).step_by(16).map(|first| shadows.open(first).count_ones()).sum();
+    let open: u32 = (0..shadows.len()).step_by(16).map(|first| shadows.open(first).bits().count_ones()).sum();
     assert_eq!(
         open as usize,
         shadows.len(),

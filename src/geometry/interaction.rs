@@ -1,8 +1,8 @@
 //! What is known of the point where a ray met a surface.
 
 use super::{Frame, Mesh, Placement};
-use crate::embree::Hit;
-use crate::math::lanes::normalize_or;
+use crate::geometry::Hit;
+use crate::simd::normalize_or;
 use glam::Vec3;
 
 /// A point on a surface, in world space.

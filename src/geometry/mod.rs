@@ -4,10 +4,12 @@ pub mod frame;
 pub mod interaction;
 pub mod mesh;
 pub mod placement;
+pub mod ray;
 pub mod surfaces;
 
 pub use frame::Frame;
 pub use interaction::SurfaceInteraction;
 pub use mesh::{Attribute, Indices, Mesh};
 pub use placement::Placement;
+pub use ray::{Hit, HitRows, NOTHING, Ray, RayRows};
 pub use surfaces::Surfaces;

@@ -2,8 +2,8 @@
 
 use super::interaction::{Facet, corner_normals};
 use super::{Frame, Mesh, Placement, SurfaceInteraction};
-use crate::embree::{Hit, HitRows};
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each};
+use crate::geometry::{Hit, HitRows};
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each};
 use glam::Vec3;
 
 /// Up to [`LANES`] hits and the points that follow from them: what [`SurfaceInteraction::new`] gives one by one, to the

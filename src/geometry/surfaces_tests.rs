@@ -1,7 +1,7 @@
 use super::*;
 use crate::geometry::{Attribute, Indices};
-use crate::math::lanes::mask;
 use crate::math::{rng::Rng, warp};
+use crate::simd::mask;
 use glam::{Affine3A, Quat};
 
 /// Triangles of all sizes, some without corner normals, some with normals that face either way.

@@ -1,7 +1,7 @@
 //! Unit vectors in 32 bits, so that a transition stays small.
 
 use super::lanes::whole;
-use crate::math::lanes::{LANES, Vec3Lanes};
+use crate::simd::{LANES, Vec3Lanes};
 use glam::{Vec2, Vec3};
 
 /// A unit vector by the octahedral map (Cigolle et al. 2014, "A Survey of Efficient Representations for Independent

@@ -4,8 +4,8 @@ use super::GuidingDistribution;
 use super::distribution::Directions;
 use super::tree::{self, Node};
 use crate::geometry::Frame;
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, mask};
 use crate::math::warp;
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, mask};
 use glam::Vec3;
 
 /// The whole part of `v`, within [0, 2²³): what a cast gives, which saturates and takes a jump or two for that.

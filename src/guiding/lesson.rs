@@ -6,8 +6,8 @@ use super::qtable::{Actions, Entry, Fraction, Returns, Shard, State};
 use super::recorder::{Recorder, Transition};
 use super::states::States;
 use super::tree::{Spots, spots};
-use crate::math::lanes::{LANES, Vec3Lanes};
 use crate::scene::description::Rate;
+use crate::simd::{LANES, Vec3Lanes};
 
 /// What is the same for all shards.
 #[derive(Clone, Copy)]

@@ -41,8 +41,8 @@ pub use survey::{Decade, Survey};
 pub use tree::Node;
 pub use view::StateView;
 
-use crate::math::lanes::{LANES, Vec3Lanes};
 use crate::scene::description::{GuidingMethod, GuidingSettings};
+use crate::simd::{LANES, Vec3Lanes};
 use field::TableField;
 use glam::Vec3;
 use leaves::Leaves;

@@ -9,7 +9,8 @@ pub use layers::Layers;
 pub use radiance::{Comparison, Radiance};
 
 use crate::bsdf::Bsdf;
-use crate::embree::{Coherence, HitBatch, Ray};
+use crate::embree::{Coherence, HitBatch};
+use crate::geometry::Ray;
 use crate::geometry::SurfaceInteraction;
 use crate::guiding::{Guide, StateKey};
 use crate::math::rng::Rng;

@@ -1,8 +1,8 @@
 //! Radiance that arrives at a point, as the guide has learnt it and as it is.
 
 use super::Seen;
-use crate::embree::Ray;
 use crate::geometry::Frame;
+use crate::geometry::Ray;
 use crate::guiding::{Guide, StateView};
 use crate::integrator::mixture::Mixture;
 use crate::integrator::path::Start;

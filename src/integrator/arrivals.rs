@@ -1,9 +1,9 @@
 //! How paths came to the vertices of a wave, where something is learnt: a packet's side by side, packed like its rays.
 
-use crate::embree::Packing;
 use crate::guiding::{PackedDirection, StateKey};
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use crate::simd::Packing;
+use crate::simd::{LANES, Lanes, Vec3Lanes};
 
 /// How a path came to a vertex: the direction in which it left the last one, where something can be learnt there.
 #[derive(Clone, Copy, Debug)]

@@ -2,12 +2,13 @@
 
 use super::arrivals::Arrivals;
 use super::backup::{Followed, Vertices};
-use crate::embree::{HitBatch, Packing, ShadowBatch};
+use crate::embree::{HitBatch, ShadowBatch};
 use crate::film::tile::{Features, Tile, TileSamples};
 use crate::guiding::Recorder;
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
 use crate::math::rng::{Rng, RngLanes};
+use crate::simd::Packing;
+use crate::simd::{LANES, Lanes, Vec3Lanes};
 use glam::Vec3;
 use std::time::Duration;
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::bsdf::{BsdfModel, CoatTables};
-use crate::embree::Hit;
+use crate::geometry::Hit;
 use crate::geometry::Mesh;
 use crate::guiding::{Guide, PackedDirection, Recorder, Summary, Transition};
 use crate::math::warp;

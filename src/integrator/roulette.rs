@@ -1,7 +1,7 @@
 //! How many paths go on from a vertex: none, one, or several.
 
 use crate::guiding::Summary;
-use crate::math::lanes::pick;
+use crate::simd::pick;
 
 /// Survival of roulette at most, so that no path between mirrors runs for ever.
 pub const MAX_SURVIVAL: f32 = 0.95;

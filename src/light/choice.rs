@@ -1,7 +1,7 @@
 //! Which light is sampled. This is the one place that a choice which knows the lit point (a light hierarchy) replaces.
 
 use crate::math::alias::AliasTable;
-use crate::math::lanes::LANES;
+use crate::simd::LANES;
 
 /// Chooses a light with probability proportional to its power.
 #[derive(Clone, Debug)]

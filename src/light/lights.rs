@@ -3,8 +3,8 @@
 use super::choice::PowerChoice;
 use super::triangle::{AreaLight, EmissiveTriangle, View};
 use super::{Light, LightSample, wide_luminance};
-use crate::math::lanes::LANES;
 use crate::math::{Rgb, warp};
+use crate::simd::LANES;
 use crate::{Error, Result};
 use glam::Vec3;
 use rustc_hash::FxHashMap;

@@ -17,7 +17,7 @@ pub use lights::Lights;
 pub use samples::LightSamples;
 pub use triangle::EmissiveTriangle;
 
-use crate::embree::Ray;
+use crate::geometry::Ray;
 use crate::math::{Rgb, luminance};
 use crate::{Error, Result};
 use glam::Vec3;

@@ -5,7 +5,7 @@ use super::triangle::AreaLight;
 use super::{LightSample, SHADOW_END};
 use crate::geometry::Surfaces;
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
 
 /// Up to [`LANES`] draws from [`Lights`]: what [`Lights::sample`] gives one by one, to the last bit.
 pub struct LightSamples {

@@ -1,6 +1,6 @@
 //! Discrete distributions.
 
-use super::lanes::{LANES, pick};
+use crate::simd::{LANES, pick};
 
 /// Draws index `i` with probability `w[i]/Σw` in O(1) (Walker's alias method, Vose's construction 1991).
 #[derive(Clone, Debug)]

@@ -1,7 +1,6 @@
 //! Numbers: colours, warps from the unit square, random numbers, discrete distributions, numbers side by side.
 
 pub mod alias;
-pub mod lanes;
 pub mod rng;
 pub mod warp;
 

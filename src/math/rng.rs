@@ -1,7 +1,6 @@
 //! Random numbers: one small generator per path, seeded by what the path is, never by who runs it.
 
-use super::lanes::{LANES, Lanes, Mask, pick};
-use crate::embree::Packing;
+use crate::simd::{LANES, Lanes, Mask, Packing, pick};
 
 /// PCG32 (O'Neill 2014, "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms"),
 /// XSH-RR output, one fixed stream. Its whole state is one word, so a batch of paths keeps it in an array.
@@ -220,7 +219,7 @@ mod tests {
         let mut alone: Vec<Rng> = (0..LANES as u64).map(Rng::new).collect();
         (0..LANES).for_each(|k| lanes.set(k, alone[k]));
         for round in 0..30 {
-            let draws = super::super::lanes::mask(|k| !(k + round).is_multiple_of(3));
+            let draws = crate::simd::mask(|k| !(k + round).is_multiple_of(3));
             let (a, [b, c]) = lanes.f64_f32x2(draws);
             let ((d, e), f, [g, h]) = (lanes.f32_f64(draws), lanes.f32(draws), lanes.f32x2(draws));
             for k in (0..LANES).filter(|&k| draws.has(k)) {

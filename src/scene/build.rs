@@ -4,7 +4,7 @@ use super::description::SceneDescription;
 use super::instances::Instances;
 use super::material::{Material, opacity_test};
 use super::texture::Texture;
-use crate::embree::{self, Device, Instance, LARGEST_COORDINATE, SceneBuilder};
+use crate::embree::{self, Device, Instance, LARGEST_COORDINATE, SceneBuilder, Triangles};
 use crate::geometry::{Mesh, Placement};
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
@@ -47,10 +47,15 @@ impl Build<'_> {
     fn start(&self, meshes: &[Arc<Mesh>]) -> Result<SceneBuilder> {
         let mut builder = SceneBuilder::new(&self.device, self.robust)?;
         for mesh in meshes {
-            builder.add_mesh(mesh.clone(), opacity_test(mesh, self.materials, self.textures))?;
+            builder.add_mesh(mesh.clone(), buffers, opacity_test(mesh, self.materials, self.textures))?;
         }
         Ok(builder)
     }
+}
+
+/// What Embree reads of a mesh.
+fn buffers(mesh: &Mesh) -> Triangles<'_> {
+    Triangles { positions: &mesh.positions, triangles: &mesh.triangles }
 }
 
 fn check_reach(reach: f32, group: &str) -> Result<()> {

@@ -1,7 +1,7 @@
 //! The perspective camera, and the filter through which a pixel sees.
 
 use super::description::{CameraDescription, Filter};
-use crate::embree::Ray;
+use crate::geometry::Ray;
 use crate::{Error, Result};
 use glam::Vec3;
 

@@ -1,6 +1,6 @@
 //! Meshes that stand in many places.
 
-use crate::embree::Hit;
+use crate::geometry::Hit;
 use crate::geometry::{Mesh, Placement, SurfaceInteraction, Surfaces};
 use crate::{Error, Result};
 use glam::Vec3;

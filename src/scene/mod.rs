@@ -15,7 +15,8 @@ pub use camera::Camera;
 pub(crate) use load::Gathered;
 
 use crate::bsdf::Bsdf;
-use crate::embree::{self, Hit, Ray};
+use crate::embree;
+use crate::geometry::{Hit, Ray};
 use crate::geometry::{Mesh, SurfaceInteraction, Surfaces};
 use crate::light::Lights;
 use crate::math::Rgb;

@@ -1,9 +1,9 @@
 //! Lambertian surfaces of a packet against single ones.
 
 use super::*;
-use crate::math::lanes::{LANES, Vec3Lanes};
 use crate::math::rng::Rng;
 use crate::math::warp::square_to_uniform_sphere;
+use crate::simd::{LANES, Vec3Lanes};
 
 #[test]
 fn surfaces_of_a_packet_scatter_like_single_ones() {

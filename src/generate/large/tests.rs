@@ -86,7 +86,7 @@ fn every_emitter_faces_away_from_its_body() {
             let Some(surface) = light.surface else { continue };
             // just before the light there is nothing, so what emits is its outside
             let origin = surface.point + surface.normal * 0.02;
-            let ray = crate::embree::Ray { org: origin, dir: -surface.normal, tfar: 0.04 };
+            let ray = crate::geometry::Ray { org: origin, dir: -surface.normal, tfar: 0.04 };
             let hit = scene.geometry().intersect(&ray).expect("the light is there");
             let si = scene.interaction(&hit, surface.normal);
             assert!(si.front && scene.emission(&si) == light.radiance, "{name}: {}", surface.point);
@@ -105,7 +105,7 @@ fn the_terrain_has_the_normals_of_its_shape_whatever_its_number_of_triangles() {
     });
     // coarse triangles pass over what normals still show
     let height = |scene: &Scene, x: f32, z: f32, likeness: f32| {
-        let ray = crate::embree::Ray { org: Vec3::new(x, 1e3, z), dir: Vec3::NEG_Y, tfar: f32::INFINITY };
+        let ray = crate::geometry::Ray { org: Vec3::new(x, 1e3, z), dir: Vec3::NEG_Y, tfar: f32::INFINITY };
         let hit = scene.geometry().intersect(&ray).expect("the sheet has no hole");
         let si = scene.interaction(&hit, Vec3::Y);
         assert!(si.front && si.ng.dot(si.frame.n) > likeness, "{x} {z}: {} {}", si.ng, si.frame.n);

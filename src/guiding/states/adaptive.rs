@@ -2,7 +2,7 @@
 
 use super::{NORMAL_BITS, POSITION_BITS, StateKey, jittered, lay, normal_bin, pack};
 use crate::guiding::lanes::whole;
-use crate::math::lanes::{LANES, Vec3Lanes};
+use crate::simd::{LANES, Vec3Lanes};
 use glam::{UVec3, Vec3};
 
 /// A coarse grid, each cell of which is cut into 1, 2³, 4³ … equal parts. How often is one number per coarse cell, in a

@@ -4,7 +4,7 @@
 //! came from, so corners and the two sides of a thin sheet never share a table.
 
 use super::{StateKey, jittered, lay, normal_bin, pack};
-use crate::math::lanes::{LANES, Vec3Lanes};
+use crate::simd::{LANES, Vec3Lanes};
 use glam::Vec3;
 
 /// Cells of one size, hashed: none is stored before it is met.

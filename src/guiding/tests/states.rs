@@ -1,8 +1,8 @@
 //! Which points share a state.
 
 use super::*;
-use crate::math::lanes::{LANES, Vec3Lanes};
 use crate::math::rng::Rng;
+use crate::simd::{LANES, Vec3Lanes};
 use proptest::prelude::*;
 use std::collections::HashSet;
 

@@ -2,8 +2,8 @@
 
 use super::directions::{chi2, turned};
 use super::*;
-use crate::math::lanes::{self, LANES, Vec3Lanes};
 use crate::math::rng::Rng;
+use crate::simd::{self, LANES, Vec3Lanes};
 use crate::stats::{Domain as Whole, chi2_discrete, sidak};
 use proptest::prelude::*;
 use tree::Cells;
@@ -158,7 +158,7 @@ fn trees_of_a_packet_are_drawn_from_as_each_by_itself() {
             (u[k], [inside[0][k], inside[1][k]]) = (rng.f64(), rng.f32x2());
         }
         lanes.resolve();
-        let asked = lanes::mask(|k| k % 3 > 0);
+        let asked = simd::mask(|k| k % 3 > 0);
         let (mut pdf, mut drawn, mut density) = ([-1.0; LANES], Vec3Lanes::ZERO, [0.0; LANES]);
         lanes.pdf(asked, &w, &mut pdf);
         lanes.sample(lanes.are(), &u, &inside, &mut drawn, &mut density);

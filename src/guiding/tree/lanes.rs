@@ -3,7 +3,7 @@
 
 use super::place::{Place, cell_at, cells_of};
 use super::{DEPTH, Node, concentration};
-use crate::math::lanes::{LANES, Lanes, Mask, each, pick};
+use crate::simd::{LANES, Lanes, Mask, each, pick};
 use std::f32::consts::TAU;
 
 /// [`super::density`] at points of the squares of trees; 0 for those that are not asked for.

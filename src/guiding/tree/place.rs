@@ -3,8 +3,8 @@
 use super::{DEPTH, SIDE};
 use crate::geometry::Frame;
 use crate::guiding::lanes::whole;
-use crate::math::lanes::{LANES, Mask, Vec3Lanes, mask};
 use crate::math::warp;
+use crate::simd::{LANES, Mask, Vec3Lanes, mask};
 use glam::Vec3;
 use std::f32::consts::TAU;
 

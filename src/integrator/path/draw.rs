@@ -3,7 +3,7 @@
 use super::packet::Packet;
 use crate::integrator::mixture::Densities;
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, mask, pick};
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, mask, pick};
 
 /// Random numbers of the vertices that draw side by side, in the order in which a vertex by itself draws them.
 struct Numbers {

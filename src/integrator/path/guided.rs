@@ -9,9 +9,9 @@ use crate::integrator::arrivals::{ArrivalLanes, Edge};
 use crate::integrator::backup::Expectation;
 use crate::integrator::mixture::{DirectionSample, Mixture};
 use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL, Moments};
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
 use crate::math::{Rgb, luminance};
 use crate::scene::description::{GuideSampling, Roulette};
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
 use glam::Vec3;
 
 /// Splitting stops where a wave has this many times the paths of its batch.

@@ -3,11 +3,12 @@
 
 use super::packet::Packet;
 use super::{Probe, Stage, Walk, Wave};
-use crate::embree::{Packing, RayRows};
+use crate::geometry::RayRows;
 use crate::geometry::SurfaceInteraction;
 use crate::integrator::batch::NextEventLanes;
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Mask, Vec3Lanes, each, mask, pick};
+use crate::simd::Packing;
+use crate::simd::{LANES, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
 impl<P: Probe> Walk<'_, '_, P> {
@@ -59,7 +60,7 @@ impl<P: Probe> Walk<'_, '_, P> {
         let b = &mut *self.batch;
         for first in (0..b.shadow_rays.len()).step_by(LANES) {
             let events = &b.next_events.packets[first / LANES];
-            for k in each(Mask::from_bits(b.shadow_rays.open(first))) {
+            for k in each(b.shadow_rays.open(first)) {
                 b.radiance[events.slot[k] as usize] += events.contribution.get(k);
                 if self.learn {
                     b.vertices[depth - 1].local[events.vertex[k] as usize] += events.local.get(k);

@@ -7,8 +7,8 @@ use crate::guiding::{GuideLanes, GuidingDistribution, Node};
 use crate::integrator::mixture::{Densities, Mixture};
 use crate::integrator::roulette::Moments;
 use crate::light::LightSamples;
-use crate::math::lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
 use crate::math::{Rgb, rng::RngLanes};
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
 /// A packet of vertices. What one step hands on to the next lies side by side, so that each writes and reads no more

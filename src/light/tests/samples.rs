@@ -4,8 +4,8 @@ use super::lights::{ceiling, wall};
 use crate::geometry::surfaces::tests::{mesh, packet};
 use crate::light::{Light, LightSamples, Lights};
 use crate::math::Rgb;
-use crate::math::lanes::{LANES, Vec3Lanes, mask};
 use crate::math::rng::Rng;
+use crate::simd::{LANES, Vec3Lanes, mask};
 use glam::Vec3;
 
 fn lights() -> Lights {

@@ -1,7 +1,8 @@
 //! An instance is what a copy of the mesh in its place would be.
 
-use crate::embree::{Coherence, Hit, HitBatch, Ray, ShadowBatch};
+use crate::embree::{Coherence, HitBatch, ShadowBatch};
 use crate::geometry::SurfaceInteraction;
+use crate::geometry::{Hit, Ray};
 use crate::math::{rng::Rng, warp};
 use crate::scene::{Scene, file};
 use glam::{Affine3A, Quat, Vec3};

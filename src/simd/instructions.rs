@@ -1,5 +1,5 @@
 //! What a processor does to sixteen lanes in one or two instructions, and compilers do not find by themselves: masks as bits,
-//! and the moves behind [`super::Packing`]. It is here because this is where `unsafe` may be.
+//! and the moves behind [`super::Packing`].
 
 /// With AVX-512. Rows are taken in halves of 32 bytes, as they are written where compilers prefer such vectors: a wider load
 /// of what narrower stores have just left waits for them.
@@ -145,7 +145,7 @@ mod lanes {
 }
 
 pub use lanes::{bits, spread};
-pub(super) use lanes::{put, put_long, source};
+pub use lanes::{put, put_long, source};
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,7 @@
 //! Numbers side by side, as many as a packet has rays. A loop over them whose body is plain arithmetic, with choices but
 //! without jumps or look-ups, becomes vector instructions.
 
-use crate::embree::{Packing, instructions};
+use super::{Packing, instructions};
 use glam::Vec3;
 use std::ops::{BitAnd, BitOr, Not};
 

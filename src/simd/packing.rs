@@ -1,9 +1,6 @@
 //! Filling packets without gaps: some lanes of one packet go behind what others hold already.
 
-use super::instructions;
-
-/// Rays of a packet.
-const LANES: usize = 16;
+use super::{LANES, instructions};
 
 /// Where the chosen lanes of a packet go: into a packet that may be partly full, and on into the one behind it. Found once,
 /// it serves every row of numbers that those lanes carry.

@@ -1,0 +1,13 @@
+//! Sixteen numbers side by side: lanes, masks of lanes, and packing some lanes of several packets into full ones.
+//!
+//! A packet of rays has [`LANES`] rays, and what belongs to a packet is kept row by row, a `[T; LANES]` for each
+//! quantity. Loops over such rows become vector instructions of whatever width the processor has. What the compiler does
+//! not find by itself is written with intrinsics in `instructions`, beside a version for any processor.
+#![allow(unsafe_code, reason = "vector intrinsics; the crate's only other unsafe code is the interface to Embree")]
+
+mod instructions;
+mod lanes;
+mod packing;
+
+pub use lanes::{Each, LANES, Lanes, Mask, MaskLanes, Vec3Lanes, each, mask, normalize_or, pick};
+pub use packing::{Number, Packing};
