@@ -6,14 +6,12 @@
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::Vec3;
-use phototaxis::bsdf::{BsdfModel, CoatTables};
-use phototaxis::geometry::Hit;
-use phototaxis::geometry::{Attribute, Indices, Mesh, SurfaceInteraction};
+use phototaxis::bsdf::{BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution};
+use phototaxis::geometry::{Attribute, Hit, Indices, Mesh, SurfaceInteraction};
+use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use phototaxis::guiding::{Guide, PackedDirection, Recorder, StateKey, Transition};
 use phototaxis::math::{Rgb, alias::AliasTable, rng::Rng, warp};
-use phototaxis::scene::description::{
-    BsdfDescription, ColorTexture, DirectionTable, GuidingMethod, GuidingSettings, MicrofacetDistribution,
-};
+use phototaxis::texture::ColorTexture;
 use std::f32::consts::FRAC_1_PI;
 
 /// Inputs of a run.

@@ -6,10 +6,10 @@
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{Quat, Vec3};
+use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use phototaxis::guiding::voronoi::{Facet, Site, Voronoi, sites_by_area, sites_from_visits};
 use phototaxis::guiding::{Guide, PackedDirection, Recorder, StateKey, Transition};
 use phototaxis::math::rng::Rng;
-use phototaxis::scene::description::{DirectionTable, GuidingMethod, GuidingSettings};
 use std::collections::HashSet;
 
 const SITES: [usize; 3] = [1_000, 10_000, 100_000];

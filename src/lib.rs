@@ -52,5 +52,6 @@ pub mod render;
 pub mod scene;
 pub mod simd;
 pub mod stats;
+pub mod texture;
 
 pub use error::{Error, Result};

@@ -2,8 +2,9 @@
 
 use super::{cpu, median, settings};
 use crate::film::tile::Tile;
+use crate::guiding::settings::GuidingMethod;
 use crate::integrator::{Batch, PathIntegrator, Task};
-use crate::scene::description::{GuidingMethod, SceneDescription};
+use crate::scene::description::SceneDescription;
 use crate::scene::{Scene, obj};
 use crate::stats::Median;
 use crate::{Error, Result};

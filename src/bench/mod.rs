@@ -28,8 +28,9 @@ pub use record::{Kind, RecordedWave, Recorder, Recording};
 pub use replay::{RayOrder, RaySet};
 pub use stages::{MethodReport, Share, render};
 
+use crate::guiding::settings::GuidingMethod;
 use crate::render::Settings;
-use crate::scene::description::{GuidingMethod, SceneDescription};
+use crate::scene::description::SceneDescription;
 use crate::stats::Median;
 use crate::{Error, Result};
 

@@ -3,9 +3,10 @@
 use super::record::{Kind, Recorder, Recording};
 use super::replay::{RayOrder, RaySet, Strand, arranged, as_rendered, count, replay};
 use super::{median, settings, with_threads};
+use crate::guiding::settings::GuidingMethod;
 use crate::render::{Keeping, Rendering, Settings, render, render_watched};
 use crate::scene::Scene;
-use crate::scene::description::{GuidingMethod, SceneDescription};
+use crate::scene::description::SceneDescription;
 use crate::stats::Median;
 use crate::{Error, Result};
 use serde::Serialize;

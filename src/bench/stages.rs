@@ -5,10 +5,11 @@
 
 use super::clock::Clock;
 use super::{cpu, median, settings};
+use crate::guiding::settings::GuidingMethod;
 use crate::integrator::probe::Stage;
 use crate::render::{Keeping, Rendering, Settings, render as render_scene, render_watched};
 use crate::scene::Scene;
-use crate::scene::description::{GuidingMethod, SceneDescription};
+use crate::scene::description::SceneDescription;
 use crate::stats::Median;
 use crate::{Error, Result};
 use serde::Serialize;

@@ -2,7 +2,7 @@
 
 use super::fresnel;
 use super::microfacet::Microfacet;
-use crate::scene::description::MicrofacetDistribution;
+use crate::bsdf::MicrofacetDistribution;
 use glam::Vec3;
 use std::collections::HashMap;
 use std::sync::Arc;

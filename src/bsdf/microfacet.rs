@@ -1,8 +1,8 @@
 //! Isotropic microfacet distributions with Smith's shadowing, uncorrelated: G = G1(wo)·G1(wi)
 //! (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces").
 
+use crate::bsdf::MicrofacetDistribution;
 use crate::math::ONE_MINUS_EPSILON;
-use crate::scene::description::MicrofacetDistribution;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
 

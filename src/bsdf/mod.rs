@@ -11,6 +11,7 @@ pub mod fresnel;
 pub mod microfacet;
 
 mod coat;
+mod description;
 mod dielectric;
 mod diffuse;
 mod diffuse_transmitter;
@@ -25,6 +26,7 @@ mod rough_dielectric;
 mod rough_plastic;
 
 pub use coat::{CoatTable, CoatTables};
+pub use description::{BsdfDescription, MicrofacetDistribution};
 pub use dielectric::{Dielectric, ThinDielectric};
 pub use diffuse::{Diffuse, DiffuseLanes};
 pub use diffuse_transmitter::DiffuseTransmitter;

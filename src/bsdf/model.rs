@@ -7,8 +7,9 @@ use super::{
     Principled, PrincipledLobes, PrincipledParameters, RoughConductor, RoughDielectric, RoughPlastic, SmoothCoat,
     ThinDielectric,
 };
+use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
 use crate::math::Rgb;
-use crate::scene::description::{BsdfDescription, ColorTexture, MicrofacetDistribution};
+use crate::texture::ColorTexture;
 use crate::{Error, Result};
 use std::sync::Arc;
 

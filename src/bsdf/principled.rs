@@ -5,9 +5,9 @@
 use super::microfacet::Microfacet;
 use super::rough_conductor::{reflection_pdf, sample_reflection};
 use super::{BLACK, BsdfSample, Scatter, fresnel};
+use crate::bsdf::MicrofacetDistribution::Ggx;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use crate::math::{Rgb, luminance};
-use crate::scene::description::MicrofacetDistribution::Ggx;
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, TAU};
 

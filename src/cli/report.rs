@@ -1,11 +1,11 @@
 //! The figures of a render, for people and for programs.
 
 use crate::guiding::file::Subject;
+use crate::guiding::settings::GuidingMethod;
 use crate::inspect::Layers;
 use crate::integrator::Counters;
 use crate::render::{IterationReport, Reason, Rendering, Trial, Verdict};
 use crate::scene::Scene;
-use crate::scene::description::GuidingMethod;
 use serde::Serialize;
 
 /// Version of the JSON's shape; a change that breaks readers raises it.

@@ -2,7 +2,7 @@
 
 use super::gallery::{Gallery, reading};
 use super::plan::{Budget, Draft, Origin, Override, SceneEntry};
-use crate::scene::description::GuidingMethod;
+use crate::guiding::settings::GuidingMethod;
 use crate::scene::file::reader::{Bounds, Reader};
 use crate::scene::file::tree::{self, At, Entries, Entry, Fault, Node, Value};
 use crate::scene::file::{Source, line_and_column};

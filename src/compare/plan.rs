@@ -2,7 +2,8 @@
 
 use super::gallery::Gallery;
 use super::sweep;
-use crate::scene::description::{GuidingMethod, SceneDescription};
+use crate::guiding::settings::GuidingMethod;
+use crate::scene::description::SceneDescription;
 use crate::scene::file;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};

@@ -2,13 +2,15 @@
 
 use super::measure::{Reference, relative_noise};
 use super::record::{ReferenceRecord, Source};
+use crate::film::Combine;
 use crate::film::accumulate::Estimate;
 use crate::film::exr::{self, Attribute, Metadata, Window, read_layers, read_rgb};
 use crate::film::image::{Image, Layer};
+use crate::guiding::settings::GuidingMethod;
 use crate::math::Rgb;
-use crate::render::{self, Progress, Rendering};
+use crate::render::{self, Order, Progress, Rendering};
 use crate::scene::Scene;
-use crate::scene::description::{Combine, GuidingMethod, Order, SceneDescription};
+use crate::scene::description::SceneDescription;
 use crate::{Error, Result};
 use rustc_hash::FxHasher;
 use std::collections::BTreeMap;

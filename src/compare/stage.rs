@@ -2,9 +2,11 @@
 
 use super::plan::{Plan, SceneEntry};
 use super::store::plan_hash;
-use crate::render::Settings;
+use crate::guiding::settings::GuidingSettings;
+use crate::integrator::IntegratorSettings;
+use crate::render::{RenderSettings, Settings};
 use crate::scene::Scene;
-use crate::scene::description::{GuidingSettings, IntegratorSettings, RenderSettings, SceneDescription};
+use crate::scene::description::SceneDescription;
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
 

@@ -2,8 +2,8 @@
 
 use super::group::{Group, parity};
 use super::tile::{Features, Tile, TileSamples};
+use crate::film::Combine;
 use crate::math::Rgb;
-use crate::scene::description::Combine;
 use rayon::prelude::*;
 
 /// Samples for which albedo, normal and depth are averaged; they have little noise.

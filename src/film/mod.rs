@@ -10,8 +10,11 @@ pub mod flip;
 mod group;
 pub mod image;
 pub mod png;
+mod settings;
 pub mod srgb;
 pub mod tile;
+
+pub use settings::{Combine, FilmSettings, Filter};
 
 #[cfg(test)]
 pub(crate) mod tests {

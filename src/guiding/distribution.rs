@@ -5,8 +5,8 @@ use super::sdtree::Quadtree;
 use super::strata::Strata;
 use super::tree::{self, LeafIndex, Node};
 use crate::geometry::Frame;
+use crate::guiding::settings::GuideSampling;
 use crate::math::ONE_MINUS_EPSILON;
-use crate::scene::description::GuideSampling;
 use glam::Vec3;
 
 /// Distribution over directions at one path vertex, frozen for this iteration.

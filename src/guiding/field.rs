@@ -9,7 +9,7 @@ use super::slots::Slots;
 use super::states::{StateKey, States};
 use super::strata::{Domain, Strata};
 use super::tree::{Node, Totals};
-use crate::scene::description::GuideSampling;
+use crate::guiding::settings::GuideSampling;
 use crate::simd::{LANES, Vec3Lanes};
 use glam::Vec3;
 use rayon::prelude::*;

@@ -7,8 +7,9 @@
 use super::Guide;
 use super::stored::Stored;
 use crate::film::atomic::write_atomically;
+use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
+use crate::integrator::IntegratorSettings;
 use crate::math::rng::mix;
-use crate::scene::description::{DirectionTable, GuidingMethod, GuidingSettings, IntegratorSettings};
 use crate::{Error, Result};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};

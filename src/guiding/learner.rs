@@ -7,7 +7,7 @@ use super::states::{StateKey, States};
 use super::strata::{Domain, Strata};
 use super::tree::{Cells, FAN, TreeShape, bytes_per_node};
 use crate::geometry::Frame;
-use crate::scene::description::{DirectionTable, GuidingSettings, Rate};
+use crate::guiding::settings::{DirectionTable, GuidingSettings, Rate};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::LazyLock;

@@ -6,7 +6,7 @@ use super::qtable::Returns;
 use super::recorder::{Recorder, SHARDS, Transition};
 use super::sdtree::{LeafInfo, Sample, SdTree, SdTreeSettings, encode};
 use super::states::StateKey;
-use crate::scene::description::GuidingSettings;
+use crate::guiding::settings::GuidingSettings;
 use glam::Vec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -141,9 +141,9 @@ fn sample(transition: &Transition) -> Sample {
 mod tests {
     use super::*;
     use crate::guiding::PackedDirection;
+    use crate::guiding::settings::GuidingMethod;
     use crate::math::rng::Rng;
     use crate::math::warp::{UNIFORM_SPHERE_PDF, square_to_uniform_sphere};
-    use crate::scene::description::GuidingMethod;
 
     /// `n` uniform directions; light comes from above, from the half of the cube with x > 0.5 twice as much.
     fn record(leaves: &Leaves, n: usize, rng: &mut Rng) -> Recorder {

@@ -6,7 +6,7 @@ use super::qtable::{Actions, Entry, Fraction, Returns, Shard, State};
 use super::recorder::{Recorder, Transition};
 use super::states::States;
 use super::tree::{Spots, spots};
-use crate::scene::description::Rate;
+use crate::guiding::settings::Rate;
 use crate::simd::{LANES, Vec3Lanes};
 
 /// What is the same for all shards.

@@ -20,6 +20,7 @@ pub mod recorder;
 mod refine;
 mod rows;
 pub mod sdtree;
+pub mod settings;
 mod slots;
 pub mod states;
 mod stored;
@@ -41,7 +42,7 @@ pub use survey::{Decade, Survey};
 pub use tree::Node;
 pub use view::StateView;
 
-use crate::scene::description::{GuidingMethod, GuidingSettings};
+use crate::guiding::settings::{GuidingMethod, GuidingSettings};
 use crate::simd::{LANES, Vec3Lanes};
 use field::TableField;
 use glam::Vec3;

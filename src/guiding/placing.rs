@@ -3,7 +3,7 @@
 use super::learner::Table;
 use super::states::States;
 use super::voronoi::{Facet, Voronoi, sites_by_area, sites_from_visits};
-use crate::scene::description::{GuidingSettings, Placement};
+use crate::guiding::settings::{GuidingSettings, Placement};
 use glam::Vec3;
 use std::sync::Arc;
 

@@ -8,7 +8,7 @@ use super::recorder::Recorder;
 use super::refine;
 use super::states::States;
 use super::voronoi::Voronoi;
-use crate::scene::description::GuidingSettings;
+use crate::guiding::settings::GuidingSettings;
 use rayon::prelude::*;
 use std::sync::Arc;
 

@@ -7,11 +7,10 @@
 
 use crate::Result;
 use crate::guiding::Guide;
+use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, LearningRule, Rate};
+use crate::integrator::{IntegratorSettings, Roulette};
 use crate::math::{rng::Rng, warp};
 use crate::render::{Keeping, Settings, render_keeping};
-use crate::scene::description::{
-    DirectionTable, GuidingMethod, GuidingSettings, IntegratorSettings, LearningRule, Rate, Roulette,
-};
 use crate::scene::{self, Scene};
 use glam::Vec3;
 use serde::Serialize;

@@ -1,15 +1,13 @@
 //! Radiance that arrives at a point, as the guide has learnt it and as it is.
 
 use super::Seen;
-use crate::geometry::Frame;
-use crate::geometry::Ray;
+use crate::geometry::{Frame, Ray};
 use crate::guiding::{Guide, StateView};
 use crate::integrator::mixture::Mixture;
 use crate::integrator::path::Start;
-use crate::integrator::{Batch, PathIntegrator};
+use crate::integrator::{Batch, IntegratorSettings, PathIntegrator};
 use crate::math::{luminance, rng::Rng, warp};
 use crate::scene::Scene;
-use crate::scene::description::IntegratorSettings;
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::Serialize;

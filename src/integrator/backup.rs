@@ -1,9 +1,9 @@
 //! From whole batches of paths back to what each vertex should learn.
 
 use super::arrivals::{Arrival, Arrivals, Edge};
+use crate::guiding::settings::LearningRule;
 use crate::guiding::{Recorder, Transition};
 use crate::math::{Rgb, luminance};
-use crate::scene::description::LearningRule;
 
 /// The vertices of a wave as the backward pass needs them, in the order of its rays.
 #[derive(Debug, Default)]

@@ -1,14 +1,11 @@
 use super::*;
-use crate::bsdf::{BsdfModel, CoatTables};
-use crate::geometry::Hit;
-use crate::geometry::Mesh;
+use crate::bsdf::{BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution as Distribution};
+use crate::geometry::{Hit, Mesh};
+use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use crate::guiding::{Guide, PackedDirection, Recorder, Summary, Transition};
 use crate::math::warp;
-use crate::scene::description::{
-    BsdfDescription, ColorTexture, DirectionTable, GuidingMethod, GuidingSettings,
-    MicrofacetDistribution as Distribution,
-};
 use crate::stats::{Chi2Report, DirectionTest, Domain, sidak};
+use crate::texture::ColorTexture;
 
 /// False alarm of all samplers together.
 const LEVEL: f64 = 1e-6;

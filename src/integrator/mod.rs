@@ -7,7 +7,9 @@ pub mod mixture;
 pub mod path;
 pub mod probe;
 mod roulette;
+mod settings;
 
 pub use batch::{Batch, BatchResult, Counters, Task};
 pub use path::PathIntegrator;
 pub use roulette::Efficiency;
+pub use settings::{IntegratorSettings, Roulette};

@@ -15,9 +15,10 @@ use crate::embree::Coherence;
 use crate::film::tile::{Features, Tile};
 use crate::geometry::Ray;
 use crate::guiding::Field;
+use crate::guiding::settings::GuidingSettings;
+use crate::integrator::IntegratorSettings;
 use crate::math::{Rgb, rng::Rng};
 use crate::scene::Scene;
-use crate::scene::description::{GuidingSettings, IntegratorSettings};
 use std::time::{Duration, Instant};
 
 /// Everything a batch reads and nothing it writes.

@@ -5,6 +5,7 @@
 //! powers compare), in O(1).
 
 mod choice;
+mod description;
 mod environment;
 mod lights;
 mod samples;
@@ -12,6 +13,7 @@ mod samples;
 mod tests;
 mod triangle;
 
+pub use description::LightDescription;
 pub use environment::Environment;
 pub use lights::Lights;
 pub use samples::LightSamples;

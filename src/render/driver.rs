@@ -4,12 +4,13 @@ use super::round::{Spare, Traced};
 use super::schedule::{Tiling, iteration_samples, iteration_seconds, round_paths, rounds};
 use super::worth::Worth;
 use super::{IterationReport, Keeping, Observer, Progress, Rendering, Settings};
+use crate::film::Combine;
 use crate::film::accumulate::{FEATURE_SAMPLES, Film};
 use crate::guiding::Guide;
+use crate::guiding::settings::{GuidingMethod, Updates};
 use crate::integrator::probe::Watch;
 use crate::integrator::{Counters, Efficiency};
 use crate::scene::Scene;
-use crate::scene::description::{Combine, GuidingMethod, Updates};
 use std::time::{Duration, Instant};
 
 /// Without a guide all samples are alike, whatever they seem to be.

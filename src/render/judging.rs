@@ -7,8 +7,8 @@ use super::efficiency;
 use super::noise::Noise;
 use super::worth::Worth;
 use crate::film::tile::Tile;
+use crate::integrator::Roulette;
 use crate::integrator::probe::Watch;
-use crate::scene::description::Roulette;
 
 /// Samples per pixel from which the guide of `auto` learns first: as few as any other guide's.
 const LESSON: u32 = 1;

@@ -1,10 +1,10 @@
 use super::super::{Rendering, Settings, render};
 use crate::film::tile::Tile;
+use crate::guiding::settings::GuidingMethod;
 use crate::integrator::path::PathIntegrator;
 use crate::integrator::{Batch, Task};
 use crate::math::{Rgb, luminance};
 use crate::render::Reason;
-use crate::scene::description::GuidingMethod;
 use crate::scene::{Scene, file};
 
 /// One of the project's scenes, small.
@@ -24,7 +24,7 @@ fn bounced_light_is_what_direct_light_leaves() {
     for (next_event, direct_depth) in [(true, 2), (false, 1)] {
         let render = |max_depth| {
             let settings =
-                crate::scene::description::IntegratorSettings { next_event, max_depth, ..settings.integrator.clone() };
+                crate::integrator::IntegratorSettings { next_event, max_depth, ..settings.integrator.clone() };
             let integrator = PathIntegrator {
                 scene: &scene,
                 settings: &settings,

@@ -9,18 +9,20 @@ mod noise;
 mod outlook;
 mod round;
 mod schedule;
+mod settings;
 mod verdict;
 mod worth;
 
+pub use settings::{Order, RenderSettings};
 pub use verdict::{Reason, Trial, Verdict};
 
 use crate::film::accumulate::Estimate;
 use crate::guiding::Guide;
 use crate::guiding::file::Trained;
-use crate::integrator::Counters;
+use crate::guiding::settings::GuidingSettings;
 use crate::integrator::probe::Watch;
+use crate::integrator::{Counters, IntegratorSettings};
 use crate::scene::Scene;
-use crate::scene::description::{GuidingSettings, IntegratorSettings, Order, RenderSettings};
 use driver::Driver;
 
 /// What to render with.

@@ -1,11 +1,11 @@
 //! From meshes to what answers ray queries.
 
-use super::description::SceneDescription;
 use super::instances::Instances;
 use super::material::{Material, opacity_test};
-use super::texture::Texture;
 use crate::embree::{self, Device, Instance, LARGEST_COORDINATE, SceneBuilder, Triangles};
 use crate::geometry::{Mesh, Placement};
+use crate::scene::description::SceneDescription;
+use crate::texture::Texture;
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;

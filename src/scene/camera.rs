@@ -1,7 +1,8 @@
 //! The perspective camera, and the filter through which a pixel sees.
 
-use super::description::{CameraDescription, Filter};
+use crate::film::Filter;
 use crate::geometry::Ray;
+use crate::scene::description::CameraDescription;
 use crate::{Error, Result};
 use glam::Vec3;
 

@@ -3,12 +3,12 @@
 //!
 //! Its tree is brought into the shape of a scene file's and then read by the same code.
 
-use super::description::{CameraDescription, SceneDescription};
 use super::file::reader::{COORDINATE, NOT_NEGATIVE, Reader, UNIT};
 use super::file::tree::{At, Entries, Entry, Fault, Node, Value};
 use super::file::{Source, json_tree, materials, settings, whole_file, world};
 use crate::Result;
 use crate::math::Rgb;
+use crate::scene::description::{CameraDescription, SceneDescription};
 use std::path::Path;
 
 /// What says where a scene comes from, or again what the OBJ says.

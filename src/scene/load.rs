@@ -1,21 +1,21 @@
 //! Loading: a description becomes a scene.
 
 use super::build::Build;
-use super::description::{
-    BsdfDescription, ColorTexture, LightDescription, MaterialDescription, MeshDescription, ScalarTexture,
-    SceneDescription,
-};
 use super::instances::Instances;
 use super::material::Material;
 use super::obj;
-use super::texture::TextureCache;
 use super::{Camera, Scene};
+use crate::bsdf::BsdfDescription;
 use crate::bsdf::CoatTables;
 use crate::embree::Device;
 use crate::film::exr::read_rgb;
 use crate::geometry::{Indices, Mesh, Placement};
+use crate::light::LightDescription;
 use crate::light::{EmissiveTriangle, Environment, Light, Lights};
 use crate::math::Rgb;
+use crate::scene::description::{MaterialDescription, MeshDescription, SceneDescription};
+use crate::texture::TextureCache;
+use crate::texture::{ColorTexture, ScalarTexture};
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};
 use rayon::prelude::*;

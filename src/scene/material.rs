@@ -1,12 +1,13 @@
 //! Materials, ready for rendering: scattering with its textures, emission, and what is seen through.
 
-use super::description::{ColorTexture, MaterialDescription, ScalarTexture};
-use super::texture::{Texture, TextureCache, TextureMap};
 use crate::Result;
 use crate::bsdf::{Bsdf, BsdfModel, CoatTables, color_textures};
 use crate::embree::OpacityTest;
 use crate::geometry::Mesh;
 use crate::math::{Rgb, rng::mix};
+use crate::scene::description::MaterialDescription;
+use crate::texture::{ColorTexture, ScalarTexture};
+use crate::texture::{Texture, TextureCache, TextureMap};
 use std::sync::Arc;
 
 /// A material of the scene.

@@ -9,7 +9,6 @@ pub mod interchange;
 mod load;
 pub mod material;
 pub mod obj;
-pub mod texture;
 
 pub use camera::Camera;
 pub(crate) use load::Gathered;
@@ -20,11 +19,11 @@ use crate::geometry::{Hit, Ray};
 use crate::geometry::{Mesh, SurfaceInteraction, Surfaces};
 use crate::light::Lights;
 use crate::math::Rgb;
+use crate::texture::Texture;
 use glam::Vec3;
 use instances::{Instances, NO_INSTANCE};
 use material::Material;
 use std::sync::Arc;
-use texture::Texture;
 
 /// A scene, loaded and built. Nothing of it changes while it is rendered.
 pub struct Scene {

@@ -9,10 +9,12 @@
 
 use crate::common::still_life::still_life;
 use crate::common::{Loaded, Runs, own, welch};
-use phototaxis::render::Settings;
-use phototaxis::scene::description::{
-    Combine, DirectionTable, GuideSampling, GuidingMethod, LearningRule, Placement, Rate, Roulette, Updates,
+use phototaxis::film::Combine;
+use phototaxis::guiding::settings::{
+    DirectionTable, GuideSampling, GuidingMethod, LearningRule, Placement, Rate, Updates,
 };
+use phototaxis::integrator::Roulette;
+use phototaxis::render::Settings;
 use phototaxis::stats::sidak;
 
 const FALSE_ALARM: f64 = 1e-4;

@@ -1,10 +1,12 @@
 //! Scenes whose radiance is known in closed form.
 
 use crate::common::{Loaded, describe, load_written, mean_color, own_path};
+use phototaxis::film::Combine;
 use phototaxis::film::accumulate::Estimate;
+use phototaxis::guiding::settings::GuidingMethod;
+use phototaxis::integrator::{IntegratorSettings, Roulette};
 use phototaxis::math::Rgb;
 use phototaxis::render::Settings;
-use phototaxis::scene::description::{Combine, GuidingMethod, IntegratorSettings, Roulette};
 use phototaxis::stats::sidak;
 use phototaxis::stats::ztest::{p_value, z_one_mean};
 use std::f64::consts::PI;

@@ -1,9 +1,9 @@
 //! What the guide learns of a light field that is known in closed form.
 
 use crate::common::own_path;
+use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, LearningRule, Rate, Updates};
 use phototaxis::inspect::convergence::{Furnace, Learnt, Reported, WAYS, Way};
 use phototaxis::render::{Settings, render};
-use phototaxis::scene::description::{DirectionTable, GuidingMethod, LearningRule, Rate, Updates};
 
 /// 46 samples per pixel of 32 × 32 pixels.
 fn furnace(albedo: f32) -> Furnace {

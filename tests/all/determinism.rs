@@ -1,9 +1,10 @@
 //! The same scene, seed and budget give the same picture bit for bit, and the same guide, with any number of threads.
 
 use crate::common::{Loaded, own};
+use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
+use phototaxis::integrator::Roulette;
 use phototaxis::math::Rgb;
 use phototaxis::render::{Rendering, Settings};
-use phototaxis::scene::description::{DirectionTable, GuidingMethod, GuidingSettings, Roulette, Updates};
 
 /// Six tiles (their sides are 32 pixels), four iterations.
 const SIZE: [&str; 3] = ["film.width=72", "film.height=40", "render.spp=22"];

@@ -1,8 +1,8 @@
 //! Instances may save memory, never change the picture.
 
 use crate::common::{Loaded, Runs, load_written, welch};
+use phototaxis::guiding::settings::GuidingMethod;
 use phototaxis::math::Rgb;
-use phototaxis::scene::description::GuidingMethod;
 use phototaxis::stats::sidak;
 
 /// A tetrahedron; the face at its back glows.

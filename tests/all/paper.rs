@@ -5,10 +5,12 @@
 //! (Šidák). A planted bias must be found.
 
 use crate::common::{Loaded, Runs, own, welch};
+use phototaxis::film::Combine;
+use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, Rate};
 use phototaxis::math::Rgb;
 use phototaxis::paper::presets;
+use phototaxis::render::Order;
 use phototaxis::render::{Rendering, Settings, render};
-use phototaxis::scene::description::{Combine, DirectionTable, GuidingMethod, Order, Rate};
 use phototaxis::scene::file;
 use phototaxis::stats::sidak;
 

@@ -4,10 +4,11 @@ use glam::Vec3;
 use phototaxis::film::compare::compare;
 use phototaxis::film::image::Image;
 use phototaxis::guiding::file::{self, Subject, Trained};
+use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use phototaxis::guiding::{Guide, PackedDirection, Recorder, Transition};
+use phototaxis::integrator::IntegratorSettings;
 use phototaxis::math::{rng::Rng, warp};
 use phototaxis::render::{Keeping, Rendering, Settings, render_keeping};
-use phototaxis::scene::description::{DirectionTable, GuidingMethod, GuidingSettings, IntegratorSettings};
 use phototaxis::scene::{Scene, file as scene_file};
 use std::path::Path;
 

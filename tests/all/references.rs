@@ -8,10 +8,11 @@
 //! wrong somewhere; the mean of the picture, with a normal law to trust, finds what is wrong everywhere.
 
 use crate::common::{Loaded, build, describe, shared_scenes};
+use phototaxis::film::Combine;
 use phototaxis::film::accumulate::Estimate;
 use phototaxis::film::exr::read_layers;
+use phototaxis::guiding::settings::GuidingMethod;
 use phototaxis::math::Rgb;
-use phototaxis::scene::description::{Combine, GuidingMethod};
 use phototaxis::stats::ztest::p_value;
 use phototaxis::stats::{ImageMoments, ImageZTest, sidak, z_test_images};
 use std::collections::BTreeMap;

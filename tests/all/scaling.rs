@@ -1,13 +1,15 @@
 //! Scaling all emission scales the picture and changes nothing else: no decision goes by an absolute radiance.
 
 use crate::common::{Loaded, build, describe, mean_color, own_path, scale_emission};
+use phototaxis::bsdf::BsdfDescription;
+use phototaxis::film::Combine;
 use phototaxis::film::accumulate::Estimate;
+use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
+use phototaxis::integrator::Roulette;
 use phototaxis::math::Rgb;
 use phototaxis::render::Settings;
-use phototaxis::scene::description::{
-    BsdfDescription, ColorTexture, Combine, DirectionTable, GuidingMethod, GuidingSettings, MaterialDescription,
-    Roulette, Updates,
-};
+use phototaxis::scene::description::MaterialDescription;
+use phototaxis::texture::ColorTexture;
 
 /// Enough samples for six iterations, which the weighting by variance groups in four.
 const SMALL: [&str; 3] = ["film.width=32", "film.height=24", "render.spp=46"];

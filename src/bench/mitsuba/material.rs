@@ -1,10 +1,10 @@
 //! Materials as Mitsuba's plug-ins, where those are the same models.
 
 use super::xml::Element;
+use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
 use crate::math::Rgb;
-use crate::scene::description::{
-    BsdfDescription, ColorTexture, ImageTexture, MaterialDescription, MicrofacetDistribution, ScalarTexture,
-};
+use crate::scene::description::MaterialDescription;
+use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 
 /// The BSDF with this id, or what of it Mitsuba does not have.
 pub fn bsdf(material: &MaterialDescription, id: &str) -> Result<Element, String> {

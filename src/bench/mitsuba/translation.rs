@@ -2,11 +2,14 @@
 
 use super::xml::{Element, numbers};
 use super::{material, meshes};
+use crate::film::Filter;
 use crate::film::atomic::write_atomically;
+use crate::guiding::settings::GuidingMethod;
+use crate::integrator::Roulette;
+use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::scene::description::{
-    CameraDescription, Filter, GuidingMethod, LightDescription, Order, Roulette, SceneDescription,
-};
+use crate::render::Order;
+use crate::scene::description::{CameraDescription, SceneDescription};
 use crate::scene::{Camera, Gathered};
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};

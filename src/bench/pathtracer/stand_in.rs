@@ -1,11 +1,13 @@
 //! A scene as Embree's tutorial program can have it: one grey material and a point light.
 
 use super::EmbreePlan;
+use crate::film::Filter;
 use crate::film::atomic::write_atomically;
-use crate::scene::description::{
-    CameraDescription, Filter, GuidingMethod, GuidingSettings, IntegratorSettings, LightDescription, MeshDescription,
-    RenderSettings, Roulette, SceneDescription,
-};
+use crate::guiding::settings::{GuidingMethod, GuidingSettings};
+use crate::integrator::{IntegratorSettings, Roulette};
+use crate::light::LightDescription;
+use crate::render::RenderSettings;
+use crate::scene::description::{CameraDescription, MeshDescription, SceneDescription};
 use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};

@@ -7,8 +7,9 @@ mod lanes;
 mod reference;
 
 use super::*;
-use crate::scene::description::MicrofacetDistribution::{self, Beckmann, Ggx};
-use crate::scene::description::{BsdfDescription, ColorTexture};
+use crate::bsdf::BsdfDescription;
+use crate::bsdf::MicrofacetDistribution::{self, Beckmann, Ggx};
+use crate::texture::ColorTexture;
 
 const WHITE: ColorTexture = ColorTexture::Constant(Rgb::ONE);
 

@@ -4,7 +4,7 @@ use super::output::{Output, Table, written, written_or};
 use super::{Subject, name};
 use crate::bench::{self, MethodReport};
 use crate::compare::chart::{Sheet, Stack, stacks};
-use crate::scene::description::GuidingMethod;
+use crate::guiding::settings::GuidingMethod;
 use anyhow::Result;
 use clap::Args;
 use serde::Serialize;

@@ -6,9 +6,8 @@ use crate::compare::schedule::Slot;
 use crate::compare::stage::settings;
 use crate::compare::store::Store;
 use crate::film::accumulate::Estimate;
-use crate::render::{self, Rendering, Settings};
+use crate::render::{self, Order, Rendering, Settings};
 use crate::scene::Scene;
-use crate::scene::description::Order;
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
 

@@ -1,7 +1,7 @@
 //! Directions drawn, against the density that is claimed for them.
 
 use super::*;
-use crate::scene::description::GuideSampling;
+use crate::guiding::settings::GuideSampling;
 use crate::stats::{Chi2Report, DirectionTest, Domain as Whole, sidak};
 
 /// False alarm of each whole set of tests here.

@@ -12,9 +12,9 @@ use super::strata::{Domain, Strata};
 use super::tables::Tables as Guide;
 use super::*;
 use crate::geometry::Frame;
+use crate::guiding::settings::{DirectionTable, Rate};
 use crate::math::rng::Rng;
 use crate::math::warp;
-use crate::scene::description::{DirectionTable, Rate};
 use tree::TreeShape;
 
 /// A guide of a cube of side 1: a grid of strata of the hemisphere, at the vanishing rate, unless changed.

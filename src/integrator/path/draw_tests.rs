@@ -1,10 +1,11 @@
 use super::*;
-use crate::bsdf::{Bsdf, BsdfModel, CoatTables};
+use crate::bsdf::{Bsdf, BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution};
 use crate::geometry::surfaces::tests as surfaces;
+use crate::guiding::settings::DirectionTable;
 use crate::integrator::mixture::{DirectionSample, Mixture, tests::learnt};
 use crate::math::rng::{Rng, RngLanes};
 use crate::math::warp;
-use crate::scene::description::{BsdfDescription, ColorTexture, DirectionTable, MicrofacetDistribution};
+use crate::texture::ColorTexture;
 
 fn model(description: BsdfDescription) -> BsdfModel {
     BsdfModel::new(&description, true, &mut CoatTables::default()).unwrap()

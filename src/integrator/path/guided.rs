@@ -4,13 +4,14 @@ use super::draw::Proposals;
 use super::packet::Packet;
 use super::{GuideUse, Probe, Walk};
 use crate::bsdf::Bsdf;
+use crate::guiding::settings::GuideSampling;
 use crate::guiding::{PackedDirection, Place, StateKey, Summary};
+use crate::integrator::Roulette;
 use crate::integrator::arrivals::{ArrivalLanes, Edge};
 use crate::integrator::backup::Expectation;
 use crate::integrator::mixture::{DirectionSample, Mixture};
 use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL, Moments};
 use crate::math::{Rgb, luminance};
-use crate::scene::description::{GuideSampling, Roulette};
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
 use glam::Vec3;
 

@@ -22,8 +22,11 @@ mod reference_page;
 #[cfg(test)]
 mod tests;
 
-use super::description::{DirectionTable, GuidingMethod, MeshDescription, Order, Roulette, SceneDescription, Updates};
 use super::interchange;
+use crate::guiding::settings::{DirectionTable, GuidingMethod, Updates};
+use crate::integrator::Roulette;
+use crate::render::Order;
+use crate::scene::description::{MeshDescription, SceneDescription};
 use crate::{Error, Result};
 use glam::Affine3A;
 use reader::Reader;

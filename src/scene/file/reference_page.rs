@@ -4,7 +4,7 @@ use super::reader::Reader;
 use super::scattering::{KINDS, Kind};
 use super::tree::{At, Fault, from_toml};
 use super::*;
-use crate::scene::description::ScalarTexture;
+use crate::texture::ScalarTexture;
 use std::collections::{BTreeMap, BTreeSet};
 
 const PAGE: &str = include_str!("../../../docs/scene-file.md");

@@ -3,8 +3,9 @@
 use super::reader::{NOT_NEGATIVE, POSITIVE, Reader, UNIT};
 use super::textures::color;
 use super::tree::Fault;
+use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
 use crate::math::Rgb;
-use crate::scene::description::{BsdfDescription, ColorTexture, MicrofacetDistribution};
+use crate::texture::ColorTexture;
 use std::path::Path;
 
 /// A value of a material's `type`.

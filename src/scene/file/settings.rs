@@ -2,10 +2,13 @@
 
 use super::reader::{Bounds, COORDINATE, NOT_NEGATIVE, Reader, UNIT};
 use super::tree::{At, Fault, Node, Value};
-use crate::scene::description::{
-    CameraDescription, Combine, DirectionTable, FilmDescription, Filter, GuideSampling, GuidingMethod, GuidingSettings,
-    IntegratorSettings, LearningRule, Order, Placement, Rate, RenderSettings, Roulette, Updates,
+use crate::film::{Combine, FilmSettings, Filter};
+use crate::guiding::settings::{
+    DirectionTable, GuideSampling, GuidingMethod, GuidingSettings, LearningRule, Placement, Rate, Updates,
 };
+use crate::integrator::{IntegratorSettings, Roulette};
+use crate::render::{Order, RenderSettings};
+use crate::scene::description::CameraDescription;
 use glam::Vec3;
 use std::ops::RangeInclusive;
 
@@ -21,7 +24,7 @@ const ANY: u64 = u32::MAX as u64;
 /// An adaptive guide holds a number for each of its coarse cells, empty ones too.
 const MAX_COARSE: u32 = 128;
 
-pub(super) fn film(t: &mut Reader, film: &mut FilmDescription) -> Result<(), Fault> {
+pub(super) fn film(t: &mut Reader, film: &mut FilmSettings) -> Result<(), Fault> {
     let filters = [("box", Filter::Box), ("tent", Filter::Tent), ("gaussian", Filter::Gaussian)];
     t.integer("width", SIDE, &mut film.width)?;
     t.integer("height", SIDE, &mut film.height)?;

@@ -1,6 +1,12 @@
-use super::super::description::*;
 use super::*;
+use crate::bsdf::BsdfDescription;
+use crate::film::{FilmSettings, Filter};
+use crate::guiding::settings::GuidingSettings;
+use crate::integrator::{IntegratorSettings, Roulette};
+use crate::light::LightDescription;
 use crate::math::Rgb;
+use crate::scene::description::*;
+use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 use glam::Vec3;
 use proptest::prelude::*;
 
@@ -114,7 +120,7 @@ fn overrides_change_what_they_name() {
     let (scene, before) = (parsed(WHOLE, &overrides).unwrap(), parsed(WHOLE, &[]).unwrap());
     let camera = scene.camera.unwrap();
     assert_eq!((camera.origin, camera.vfov), (Vec3::new(0.0, 2.0, 9.0), 40.0));
-    assert_eq!(scene.film, FilmDescription { width: 641, ..before.film });
+    assert_eq!(scene.film, FilmSettings { width: 641, ..before.film });
     assert_eq!(scene.integrator, IntegratorSettings { roulette: Roulette::None, ..before.integrator });
     assert_eq!(scene.guiding, GuidingSettings { memory: 64 << 20, ..before.guiding });
     let floor = scene.materials["Floor"].clone();

@@ -3,7 +3,7 @@
 use super::reader::{FINITE, Reader, UNIT};
 use super::tree::{Fault, Node, Value};
 use crate::math::Rgb;
-use crate::scene::description::{ColorTexture, ImageTexture, ScalarTexture};
+use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 use std::path::Path;
 
 /// A reflectance: a grey number, `[r, g, b]` or `{ texture = … }`, each channel in [0, 1].

@@ -1,6 +1,10 @@
 use super::*;
+use crate::bsdf::BsdfDescription;
+use crate::film::Filter;
+use crate::light::LightDescription;
 use crate::scene::description::*;
 use crate::scene::file::load;
+use crate::texture::ColorTexture;
 use glam::Vec3;
 use proptest::prelude::*;
 use std::path::PathBuf;

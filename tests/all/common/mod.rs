@@ -5,9 +5,10 @@
 pub mod still_life;
 
 use phototaxis::film::accumulate::Estimate;
+use phototaxis::guiding::settings::GuidingMethod;
 use phototaxis::math::{Rgb, luminance};
 use phototaxis::render::{Rendering, Settings, render};
-use phototaxis::scene::description::{GuidingMethod, MaterialDescription, SceneDescription};
+use phototaxis::scene::description::{MaterialDescription, SceneDescription};
 use phototaxis::scene::{Scene, file};
 use phototaxis::stats::Summary;
 use rayon::prelude::*;

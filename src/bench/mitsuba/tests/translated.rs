@@ -1,7 +1,7 @@
 //! What is written for Mitsuba.
 
 use super::*;
-use crate::scene::description::Filter;
+use crate::film::Filter;
 use crate::scene::obj;
 
 fn written(more: &str) -> Result<(TempDir, String, Translation)> {

@@ -6,10 +6,10 @@
 //! of refraction of 1 never makes glass.
 
 use super::record::Record;
+use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
 use crate::math::Rgb;
-use crate::scene::description::{
-    BsdfDescription, ColorTexture, ImageTexture, MaterialDescription, MicrofacetDistribution, ScalarTexture,
-};
+use crate::scene::description::MaterialDescription;
+use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 
 /// Where a file gives none that could refract.
 const DEFAULT_IOR: f32 = 1.5;

@@ -4,7 +4,7 @@ use super::super::lines::{self, Fields};
 use super::super::source::Fault;
 use super::{Notes, texture};
 use crate::math::Rgb;
-use crate::scene::description::ImageTexture;
+use crate::texture::ImageTexture;
 use std::path::Path;
 
 /// The statements that mean something here. Numbers are finite, shares and colours but `emission` in [0, 1].

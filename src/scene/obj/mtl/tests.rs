@@ -1,6 +1,7 @@
 use super::*;
+use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
 use crate::math::Rgb;
-use crate::scene::description::{BsdfDescription, ColorTexture, ImageTexture, MicrofacetDistribution, ScalarTexture};
+use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 use proptest::prelude::*;
 
 fn library(text: impl AsRef<[u8]>) -> Result<(Materials, Vec<Warning>)> {

@@ -5,7 +5,7 @@ use super::super::paths;
 use super::super::source::Fault;
 use super::Notes;
 use crate::math::Rgb;
-use crate::scene::description::ImageTexture;
+use crate::texture::ImageTexture;
 use std::path::Path;
 
 /// Reads the arguments of a texture statement; `None` if there is no file name. Faults count from the start of `rest`.

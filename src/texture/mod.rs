@@ -3,17 +3,19 @@
 //! Conventions as of Mitsuba's `bitmap`: texel centres lie at (i + ½)/w, values are decoded to linear light before they
 //! are interpolated, the picture repeats. v points up, so (0, 0) is the lower left corner of the file's picture.
 
+mod description;
 mod load;
 #[cfg(test)]
 mod tests;
 mod texels;
 
-use super::description::ImageTexture;
 use crate::math::Rgb;
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
 use std::path::{Path, PathBuf};
 use texels::Texels;
+
+pub use description::{ColorTexture, ImageTexture, ScalarTexture};
 
 /// A picture in memory as it was stored in its file: 1 to 4 channels of 8 or 16 bits, or of floats.
 #[derive(Clone, Debug)]

@@ -1,0 +1,89 @@
+//! What a scene file says, before anything is loaded: every importer ends here, [`super::Scene`] begins here.
+
+use crate::bsdf::BsdfDescription;
+use crate::film::FilmSettings;
+use crate::guiding::settings::GuidingSettings;
+use crate::integrator::IntegratorSettings;
+use crate::light::LightDescription;
+use crate::math::Rgb;
+use crate::render::RenderSettings;
+use crate::texture::{ColorTexture, ScalarTexture};
+use glam::{Affine3A, Vec3};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// A whole scene as written. Paths are already resolved against the file that names them.
+#[derive(Clone, Debug, Default)]
+pub struct SceneDescription {
+    /// `None`: the camera is placed so that the whole scene is seen.
+    pub camera: Option<CameraDescription>,
+    pub film: FilmSettings,
+    pub meshes: Vec<MeshDescription>,
+    /// Where groups of meshes stand.
+    pub instances: Vec<InstanceDescription>,
+    /// By name as in `usemtl`; they replace what the MTL says of that name.
+    pub materials: BTreeMap<String, MaterialDescription>,
+    pub lights: Vec<LightDescription>,
+    pub integrator: IntegratorSettings,
+    pub guiding: GuidingSettings,
+    pub render: RenderSettings,
+}
+
+/// A perspective camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraDescription {
+    pub origin: Vec3,
+    pub target: Vec3,
+    pub up: Vec3,
+    /// Vertical field of view in degrees, in (0, 180).
+    pub vfov: f32,
+    /// The picture is flipped left to right (scene formats with a left-handed camera).
+    pub mirrored: bool,
+}
+
+/// A file of triangles and where it stands.
+#[derive(Clone, Debug)]
+pub struct MeshDescription {
+    pub path: PathBuf,
+    pub transform: Affine3A,
+    /// Replaces every material of the file.
+    pub material: Option<String>,
+    /// The mesh is part of this group and seen only where an instance of the group stands; `transform` then places it
+    /// within the group.
+    pub group: Option<String>,
+}
+
+/// A group of meshes in one of its places. All places share the meshes and their acceleration structure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InstanceDescription {
+    /// As named by at least one mesh.
+    pub group: String,
+    /// From the group to the world; its determinant is not 0.
+    pub transform: Affine3A,
+}
+
+/// A surface material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialDescription {
+    pub bsdf: BsdfDescription,
+    /// Scatters alike on both sides; else the back of an opaque material is black.
+    pub two_sided: bool,
+    /// Share of light that is stopped; the rest passes straight through.
+    pub opacity: Option<ScalarTexture>,
+    /// Radiance (W/(sr·m²)) leaving the side of the face's winding.
+    pub emission: Rgb,
+    /// Both sides emit.
+    pub emission_two_sided: bool,
+}
+
+impl Default for MaterialDescription {
+    fn default() -> MaterialDescription {
+        MaterialDescription {
+            bsdf: BsdfDescription::Diffuse { reflectance: ColorTexture::Constant(Rgb::splat(0.5)) },
+            two_sided: true,
+            opacity: None,
+            emission: Rgb::ZERO,
+            emission_two_sided: false,
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Textures as written.
+
+use crate::math::Rgb;
+use std::path::PathBuf;
+
+/// A colour, constant or from a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ColorTexture {
+    Constant(Rgb),
+    Image(ImageTexture),
+}
+
+/// A number, constant or from a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ScalarTexture {
+    Constant(f32),
+    /// The alpha channel where the picture has one, else its luminance as stored (not decoded from sRGB).
+    Image(ImageTexture),
+    /// The luminance as stored, whatever the alpha channel says.
+    Luminance(ImageTexture),
+}
+
+/// A picture on a surface. v points up: (0, 0) is the lower left corner. Outside of [0, 1) it repeats.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageTexture {
+    pub path: PathBuf,
+    /// Multiplies (u, v) first.
+    pub scale: [f32; 2],
+    /// Then added.
+    pub offset: [f32; 2],
+    /// Nearest texel instead of bilinear.
+    pub nearest: bool,
+    /// Multiplies the picture.
+    pub tint: Rgb,
+}
