@@ -15,7 +15,7 @@ use crate::compare::schedule::carry_out;
 use crate::compare::stage::Stage;
 use crate::compare::store::Store;
 use crate::compare::{file, report, sweep};
-use crate::film::atomic::write_atomically;
+use crate::io::atomic::write_atomically;
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use screen::Screen;

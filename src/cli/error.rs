@@ -1,8 +1,8 @@
 //! `phototaxis error`: how far pictures are from a reference.
 
-use crate::film::compare::{Errors, compare};
-use crate::film::exr::{read_layers, read_rgb};
-use crate::film::image::Image;
+use crate::image::Image;
+use crate::image::exr::{read_layers, read_rgb};
+use crate::image::metrics::{Errors, compare};
 use crate::math::Rgb;
 use crate::stats::Summary;
 use anyhow::Result;

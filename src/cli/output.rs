@@ -2,12 +2,11 @@
 
 use super::report::{Context, Report};
 use crate::film::accumulate::Estimate;
-use crate::film::atomic::write_atomically;
-use crate::film::exr::{self, Attribute, Metadata, Window};
-use crate::film::image::{Image, Layer};
-use crate::film::png;
 use crate::guiding::file as guide_file;
+use crate::image::exr::{self, Attribute, Metadata, Window};
+use crate::image::{Image, Layer, png};
 use crate::inspect::Layers;
+use crate::io::atomic::write_atomically;
 use crate::render::Rendering;
 use crate::scene::description::SceneDescription;
 use anyhow::{Context as _, Result, bail};

@@ -1,9 +1,9 @@
 //! `phototaxis rates`: learning rules and rates against a light field that is known in closed form.
 
 use crate::compare::chart::{Labels, Point, Series, plot, png, style};
-use crate::film::atomic::write_atomically;
 use crate::generate;
 use crate::inspect::convergence::{Furnace, Learnt, WAYS};
+use crate::io::atomic::write_atomically;
 use anyhow::{Context as _, Result};
 use clap::Args;
 use serde::Serialize;

@@ -3,9 +3,9 @@
 use super::bias::ReferenceBlocks;
 use super::record::RunErrors;
 use crate::Result;
-use crate::film::compare::{compare, relative_squares};
-use crate::film::flip::flip;
-use crate::film::image::Image;
+use crate::image::Image;
+use crate::image::flip::flip;
+use crate::image::metrics::{compare, relative_squares};
 use crate::math::{Rgb, luminance};
 
 /// Blocks of the picture along each side, for the test of bias.

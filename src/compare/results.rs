@@ -12,7 +12,7 @@ use super::schedule::order;
 use super::stage::Stage;
 use super::store::Store;
 use crate::Result;
-use crate::film::exr::read_rgb;
+use crate::image::exr::read_rgb;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::path::Path;

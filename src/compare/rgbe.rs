@@ -1,7 +1,7 @@
 //! Pictures in few bytes, for pages that show them: Ward's shared-exponent pixels (1991, "Real Pixels", Graphics Gems II),
 //! compressed.
 
-use crate::film::image::Image;
+use crate::image::Image;
 use crate::math::Rgb;
 use crate::{Error, Result};
 use base64::Engine as _;

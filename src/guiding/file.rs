@@ -6,9 +6,9 @@
 
 use super::Guide;
 use super::stored::Stored;
-use crate::film::atomic::write_atomically;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use crate::integrator::IntegratorSettings;
+use crate::io::atomic::write_atomically;
 use crate::math::rng::mix;
 use crate::{Error, Result};
 use glam::Vec3;

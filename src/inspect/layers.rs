@@ -1,8 +1,8 @@
 //! What the guide knows, pixel by pixel.
 
 use super::Seen;
-use crate::film::image::{Image, Layer};
 use crate::guiding::{Guide, StateKey};
+use crate::image::{Image, Layer};
 use crate::integrator::mixture::Mixture;
 use crate::math::{Rgb, rng::mix};
 use crate::scene::Scene;

@@ -10,8 +10,7 @@ pub use radiance::{Comparison, Radiance};
 
 use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, HitBatch};
-use crate::geometry::Ray;
-use crate::geometry::SurfaceInteraction;
+use crate::geometry::{Ray, SurfaceInteraction};
 use crate::guiding::{Guide, StateKey};
 use crate::math::rng::Rng;
 use crate::scene::Scene;

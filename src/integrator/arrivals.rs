@@ -2,8 +2,7 @@
 
 use crate::guiding::{PackedDirection, StateKey};
 use crate::math::Rgb;
-use crate::simd::Packing;
-use crate::simd::{LANES, Lanes, Vec3Lanes};
+use crate::simd::{LANES, Lanes, Packing, Vec3Lanes};
 
 /// How a path came to a vertex: the direction in which it left the last one, where something can be learnt there.
 #[derive(Clone, Copy, Debug)]

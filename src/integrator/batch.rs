@@ -7,8 +7,7 @@ use crate::film::tile::{Features, Tile, TileSamples};
 use crate::guiding::Recorder;
 use crate::math::Rgb;
 use crate::math::rng::{Rng, RngLanes};
-use crate::simd::Packing;
-use crate::simd::{LANES, Lanes, Vec3Lanes};
+use crate::simd::{LANES, Lanes, Packing, Vec3Lanes};
 use glam::Vec3;
 use std::time::Duration;
 

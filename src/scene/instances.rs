@@ -1,7 +1,6 @@
 //! Meshes that stand in many places.
 
-use crate::geometry::Hit;
-use crate::geometry::{Mesh, Placement, SurfaceInteraction, Surfaces};
+use crate::geometry::{Hit, Mesh, Placement, SurfaceInteraction, Surfaces};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::Arc;

@@ -6,8 +6,7 @@ use crate::embree::OpacityTest;
 use crate::geometry::Mesh;
 use crate::math::{Rgb, rng::mix};
 use crate::scene::description::MaterialDescription;
-use crate::texture::{ColorTexture, ScalarTexture};
-use crate::texture::{Texture, TextureCache, TextureMap};
+use crate::texture::{ColorTexture, ScalarTexture, Texture, TextureCache, TextureMap};
 use std::sync::Arc;
 
 /// A material of the scene.

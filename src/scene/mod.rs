@@ -15,8 +15,7 @@ pub(crate) use load::Gathered;
 
 use crate::bsdf::Bsdf;
 use crate::embree;
-use crate::geometry::{Hit, Ray};
-use crate::geometry::{Mesh, SurfaceInteraction, Surfaces};
+use crate::geometry::{Hit, Mesh, Ray, SurfaceInteraction, Surfaces};
 use crate::light::Lights;
 use crate::math::Rgb;
 use crate::texture::Texture;

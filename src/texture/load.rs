@@ -1,8 +1,8 @@
 //! From picture files to texels.
 
 use super::texels::{Samples, Texels};
-use crate::film::contain::{check_size, contain};
-use crate::film::exr::{ExrFile, read_limited};
+use crate::image::exr::{ExrFile, read_limited};
+use crate::io::contain::{check_size, contain};
 use crate::{Error, Result};
 use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
 use std::fs::File;

@@ -1,7 +1,6 @@
 use super::*;
-use crate::film::exr::{Metadata, Window};
-use crate::film::image::Layer;
-use crate::film::srgb;
+use crate::image::exr::{Metadata, Window};
+use crate::image::{Layer, srgb};
 use image::{DynamicImage, GrayAlphaImage, GrayImage, ImageBuffer, RgbImage, RgbaImage};
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -146,7 +145,7 @@ fn openexr_is_linear_and_must_be_finite() {
     let (_folder, path) = place_for("picture.exr");
     let write = |layers| {
         let window = Window::full(2, 1);
-        crate::film::exr::write(&path, &window, layers, &Metadata::default()).unwrap();
+        crate::image::exr::write(&path, &window, layers, &Metadata::default()).unwrap();
         Texture::load(&path)
     };
     let pixels = [Rgb::new(3.0, 0.5, 0.0), Rgb::ONE];
@@ -246,11 +245,11 @@ fn crc32(bytes: &[u8]) -> u32 {
 #[test]
 fn pictures_of_the_scenes_are_read() {
     for (suffix, size) in [("leaf.png", [365, 271]), ("wood.jpg", [2048, 910])] {
-        let Some(files) = crate::film::tests::scene_files(suffix) else { return };
+        let Some(files) = crate::image::tests::scene_files(suffix) else { return };
         assert_eq!(Texture::load(&files[0]).unwrap().size(), size);
     }
     for suffix in [".png", ".jpg"] {
-        for path in crate::film::tests::scene_files(suffix).unwrap() {
+        for path in crate::image::tests::scene_files(suffix).unwrap() {
             let mean = Texture::load(&path).unwrap().mean();
             assert!(mean.min_element() >= 0.0 && mean.max_element() <= 1.0, "{}", path.display());
         }

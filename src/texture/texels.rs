@@ -1,6 +1,6 @@
 //! Texels as a file stored them, decoded one at a time.
 
-use crate::film::srgb;
+use crate::image::srgb;
 use crate::math::Rgb;
 
 /// Rows of texels from the top, channels interleaved: grey, grey and alpha, RGB, or RGB and alpha.

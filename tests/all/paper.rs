@@ -9,8 +9,7 @@ use phototaxis::film::Combine;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, Rate};
 use phototaxis::math::Rgb;
 use phototaxis::paper::presets;
-use phototaxis::render::Order;
-use phototaxis::render::{Rendering, Settings, render};
+use phototaxis::render::{Order, Rendering, Settings, render};
 use phototaxis::scene::file;
 use phototaxis::stats::sidak;
 

@@ -1,11 +1,11 @@
 //! Guides in files: what comes back is what was written, and what is no guide is an error.
 
 use glam::Vec3;
-use phototaxis::film::compare::compare;
-use phototaxis::film::image::Image;
 use phototaxis::guiding::file::{self, Subject, Trained};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use phototaxis::guiding::{Guide, PackedDirection, Recorder, Transition};
+use phototaxis::image::Image;
+use phototaxis::image::metrics::compare;
 use phototaxis::integrator::IntegratorSettings;
 use phototaxis::math::{rng::Rng, warp};
 use phototaxis::render::{Keeping, Rendering, Settings, render_keeping};

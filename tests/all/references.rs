@@ -10,8 +10,8 @@
 use crate::common::{Loaded, build, describe, shared_scenes};
 use phototaxis::film::Combine;
 use phototaxis::film::accumulate::Estimate;
-use phototaxis::film::exr::read_layers;
 use phototaxis::guiding::settings::GuidingMethod;
+use phototaxis::image::exr::read_layers;
 use phototaxis::math::Rgb;
 use phototaxis::stats::ztest::p_value;
 use phototaxis::stats::{ImageMoments, ImageZTest, sidak, z_test_images};

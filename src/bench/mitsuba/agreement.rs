@@ -1,7 +1,7 @@
 //! Whether two renderers made the same picture, but for noise.
 
 use crate::film::accumulate::Estimate;
-use crate::film::image::Image;
+use crate::image::Image;
 use crate::math::{Rgb, luminance};
 use crate::{Error, Result};
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! A Python process that holds a scene in one variant of Mitsuba's, and renders it on demand.
 
-use crate::film::atomic::write_atomically;
+use crate::io::atomic::write_atomically;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::fs::File;

@@ -3,9 +3,9 @@
 use super::xml::{Element, numbers};
 use super::{material, meshes};
 use crate::film::Filter;
-use crate::film::atomic::write_atomically;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::Roulette;
+use crate::io::atomic::write_atomically;
 use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::render::Order;

@@ -2,9 +2,9 @@
 
 use super::EmbreePlan;
 use crate::film::Filter;
-use crate::film::atomic::write_atomically;
 use crate::guiding::settings::{GuidingMethod, GuidingSettings};
 use crate::integrator::{IntegratorSettings, Roulette};
+use crate::io::atomic::write_atomically;
 use crate::light::LightDescription;
 use crate::render::RenderSettings;
 use crate::scene::description::{CameraDescription, MeshDescription, SceneDescription};

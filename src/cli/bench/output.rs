@@ -1,7 +1,7 @@
 //! Figures as a table, as JSON and as a chart.
 
 use crate::cli::output::{check_writable, write_json};
-use crate::film::atomic::write_atomically;
+use crate::io::atomic::write_atomically;
 use crate::stats::{Median, median::confidence};
 use anyhow::{Result, bail};
 use clap::Args;

@@ -1,9 +1,8 @@
 //! What a guide knows, as pictures in PNG and EXR.
 
-use crate::film::exr::{self, Metadata, Window};
-use crate::film::image::{Image, Layer};
-use crate::film::png;
 use crate::guiding::Guide;
+use crate::image::exr::{self, Metadata, Window};
+use crate::image::{Image, Layer, png};
 use crate::inspect::picture::{Chart, side_by_side};
 use crate::inspect::{Layers, Radiance, Seen};
 use crate::scene::Scene;

@@ -1,10 +1,10 @@
 //! The table of figures: one row a preset.
 
-use crate::film::atomic::write_atomically;
-use crate::film::compare::{Errors, compare};
-use crate::film::image::Image;
+use crate::image::Image;
+use crate::image::metrics::{Errors, compare};
 use crate::inspect::Comparison;
 use crate::integrator::Counters;
+use crate::io::atomic::write_atomically;
 use crate::paper::{Preset, View};
 use crate::render::{IterationReport, Rendering};
 use anyhow::Result;

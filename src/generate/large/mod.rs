@@ -12,7 +12,7 @@ mod tree;
 mod tests;
 
 use super::obj_writer::{self, Material};
-use crate::film::atomic::write_atomically;
+use crate::io::atomic::write_atomically;
 use crate::{Error, Result};
 use std::io;
 use std::ops::RangeInclusive;

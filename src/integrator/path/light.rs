@@ -3,12 +3,10 @@
 
 use super::packet::Packet;
 use super::{Probe, Stage, Walk, Wave};
-use crate::geometry::RayRows;
-use crate::geometry::SurfaceInteraction;
+use crate::geometry::{RayRows, SurfaceInteraction};
 use crate::integrator::batch::NextEventLanes;
 use crate::math::Rgb;
-use crate::simd::Packing;
-use crate::simd::{LANES, Vec3Lanes, each, mask, pick};
+use crate::simd::{LANES, Packing, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
 impl<P: Probe> Walk<'_, '_, P> {

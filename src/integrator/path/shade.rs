@@ -4,14 +4,12 @@ use super::guided::{edge, edges};
 use super::packet::Packet;
 use super::{PathIntegrator, Probe, Stage, Walk};
 use crate::film::tile::Features;
-use crate::geometry::SurfaceInteraction;
-use crate::geometry::{NOTHING, Ray, RayRows};
+use crate::geometry::{NOTHING, Ray, RayRows, SurfaceInteraction};
 use crate::integrator::arrivals::Arrival;
 use crate::integrator::batch::{PathPacket, PathState};
 use crate::integrator::mixture::Mixture;
 use crate::math::{Rgb, luminance};
-use crate::simd::Packing;
-use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
+use crate::simd::{LANES, Lanes, Mask, Packing, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
 impl<'a, P: Probe> Walk<'a, '_, P> {

@@ -1,8 +1,7 @@
 //! An instance is what a copy of the mesh in its place would be.
 
 use crate::embree::{Coherence, HitBatch, ShadowBatch};
-use crate::geometry::SurfaceInteraction;
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Hit, Ray, SurfaceInteraction};
 use crate::math::{rng::Rng, warp};
 use crate::scene::{Scene, file};
 use glam::{Affine3A, Quat, Vec3};

@@ -106,6 +106,6 @@ fn a_full_disk_fails_but_the_other_files_are_written() {
     assert!(lines[0].starts_with("error: full.exr: No space left"), "{message}");
     assert!(lines[1].starts_with("error: /dev/full: No space left"), "{message}");
     assert_eq!(names(here.path()), ["a.png", "b.exr", "full.exr"]);
-    assert!(phototaxis::film::exr::read_layers(&here.path().join("b.exr")).is_ok());
+    assert!(phototaxis::image::exr::read_layers(&here.path().join("b.exr")).is_ok());
     assert!(image::open(here.path().join("a.png")).is_ok());
 }

@@ -1,7 +1,7 @@
 //! `phototaxis paper`, tiny.
 
 use super::{folder, names, phototaxis, stderr, stdout};
-use phototaxis::film::exr::read_rgb;
+use phototaxis::image::exr::read_rgb;
 use serde_json::Value;
 
 #[test]

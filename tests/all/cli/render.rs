@@ -1,7 +1,7 @@
 //! `phototaxis render`, when all goes well.
 
 use super::{TINY, folder, names, phototaxis, scene, stderr, stdout};
-use phototaxis::film::exr::{ExrFile, read_layers};
+use phototaxis::image::exr::{ExrFile, read_layers};
 use serde_json::Value;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Renders that end by the clock or by a signal.
 
 use super::{TINY, folder, names, phototaxis, scene};
-use phototaxis::film::exr::read_layers;
+use phototaxis::image::exr::read_layers;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Child, Command};

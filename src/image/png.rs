@@ -1,8 +1,8 @@
 //! 8-bit PNG for looking at.
 
-use super::atomic::write_atomically;
-use super::image::Image;
+use super::Image;
 use super::srgb;
+use crate::io::atomic::write_atomically;
 use crate::{Error, Result};
 use ::image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use ::image::{ExtendedColorType, ImageEncoder};

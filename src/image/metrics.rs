@@ -2,7 +2,7 @@
 //!
 //! Sums are taken in double precision. A value that is not a number makes every measure that includes it NaN.
 
-use super::image::Image;
+use super::Image;
 use crate::math::Rgb;
 use crate::{Error, Result};
 

@@ -1,8 +1,8 @@
 //! ꟻLIP: how different two pictures look when they are shown in turn at the same place (Andersson et al. 2020, "FLIP: A
 //! Difference Evaluator for Alternating Images"), for pictures with low dynamic range.
 
-use super::compare::check_sizes;
-use super::image::Image;
+use super::Image;
+use super::metrics::check_sizes;
 use crate::Result;
 use glam::{Mat3, Vec3};
 use rayon::prelude::*;

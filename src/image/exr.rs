@@ -7,8 +7,8 @@ mod tests;
 pub(crate) use read::read_limited;
 pub use read::{ExrFile, read_layers, read_rgb};
 
-use super::atomic::write_atomically;
-use super::image::Layer;
+use super::Layer;
+use crate::io::atomic::write_atomically;
 use crate::{Error, Result};
 use ::exr::image as file;
 use ::exr::meta::attribute::{AttributeValue, IntegerBounds, LineOrder, Text};

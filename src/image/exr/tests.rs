@@ -1,5 +1,5 @@
 use super::*;
-use crate::film::image::Image;
+use crate::image::Image;
 use crate::math::Rgb;
 use ::exr::prelude::{SampleType, f16};
 use proptest::prelude::*;
@@ -216,7 +216,7 @@ fn files_that_are_not_there_or_not_exr_are_named() {
 
 #[test]
 fn references_of_the_scenes_are_read() {
-    let Some(references) = crate::film::tests::scene_files("reference.exr") else { return };
+    let Some(references) = crate::image::tests::scene_files("reference.exr") else { return };
     for path in references {
         let file = read_layers(&path).unwrap();
         let image = read_rgb(&path).unwrap();

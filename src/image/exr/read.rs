@@ -1,8 +1,8 @@
 //! Reading of OpenEXR files that any program wrote.
 
 use super::Attribute;
-use crate::film::contain::{check_size, contain};
-use crate::film::image::Image;
+use crate::image::Image;
+use crate::io::contain::{check_size, contain};
 use crate::math::Rgb;
 use crate::{Error, Result};
 use ::exr::image::{AnyChannels, FlatImage, FlatSamples, Layer};

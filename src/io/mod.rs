@@ -1,0 +1,4 @@
+//! Files: written as a whole or not at all, and read without trusting what they claim.
+
+pub mod atomic;
+pub(crate) mod contain;
