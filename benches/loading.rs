@@ -5,7 +5,8 @@
 //! HOW is `tobj` (its load alone), `obj` (this crate's load alone) or `scene` (load, acceleration structure, everything a
 //! render needs). Each run is a process of its own, as the peak of memory is the process's.
 
-use phototaxis::scene::{Scene, file, obj};
+use phototaxis::format;
+use phototaxis::scene::{Scene, obj};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -44,8 +45,8 @@ fn tobj_triangles(path: &Path) -> Result<usize, String> {
 }
 
 fn scene_triangles(path: &Path) -> phototaxis::Result<usize> {
-    let (description, _) = file::load(path, &[])?;
-    Ok(Scene::load(&description, 0)?.0.triangles())
+    let (description, _) = format::load(path, &[])?;
+    Ok(Scene::load(&description.scene, 0, description.render.robust)?.0.triangles())
 }
 
 /// Bytes; 0 where the system does not say.

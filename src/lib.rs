@@ -40,6 +40,7 @@ pub mod compare;
 pub mod embree;
 pub mod error;
 pub mod film;
+pub mod format;
 pub mod generate;
 pub mod geometry;
 pub mod guiding;

@@ -2,9 +2,9 @@
 
 use super::{cpu, median, settings};
 use crate::film::tile::Tile;
+use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::{Batch, PathIntegrator, Task};
-use crate::scene::description::SceneDescription;
 use crate::scene::{Scene, obj};
 use crate::stats::Median;
 use crate::{Error, Result};
@@ -48,8 +48,8 @@ pub struct TobjFigure {
 ///
 /// # Errors
 /// As [`Scene::load`]; where the description has not just one mesh.
-pub fn load(description: &SceneDescription, threads: usize, turns: usize) -> Result<LoadReport> {
-    let [mesh] = &description.meshes[..] else {
+pub fn load(description: &SceneFile, threads: usize, turns: usize) -> Result<LoadReport> {
+    let [mesh] = &description.scene.meshes[..] else {
         return Err(Error::Scene("loading is measured of one model".into()));
     };
     let path = mesh.path.as_path();
@@ -87,7 +87,7 @@ struct Tobj {
     triangles: usize,
 }
 
-fn turn(description: &SceneDescription, path: &Path, threads: usize) -> Result<Turn> {
+fn turn(description: &SceneFile, path: &Path, threads: usize) -> Result<Turn> {
     let start = Instant::now();
     let parsed = obj::load(path)?;
     let parse = start.elapsed().as_secs_f64();
@@ -97,9 +97,9 @@ fn turn(description: &SceneDescription, path: &Path, threads: usize) -> Result<T
     Ok(Turn { parse, build: scene.build_seconds(), first_pixel, tobj })
 }
 
-fn first_pixel(description: &SceneDescription, threads: usize) -> Result<(f64, Scene)> {
+fn first_pixel(description: &SceneFile, threads: usize) -> Result<(f64, Scene)> {
     let start = Instant::now();
-    let (scene, _) = Scene::load(description, threads)?;
+    let (scene, _) = Scene::load(&description.scene, threads, description.render.robust)?;
     let settings = settings(description, GuidingMethod::None);
     let integrator = PathIntegrator {
         scene: &scene,

@@ -28,14 +28,14 @@ pub use record::{Kind, RecordedWave, Recorder, Recording};
 pub use replay::{RayOrder, RaySet};
 pub use stages::{MethodReport, Share, render};
 
+use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::render::Settings;
-use crate::scene::description::SceneDescription;
 use crate::stats::Median;
 use crate::{Error, Result};
 
 /// What a scene file says of rendering, with this guide.
-fn settings(description: &SceneDescription, method: GuidingMethod) -> Settings {
+fn settings(description: &SceneFile, method: GuidingMethod) -> Settings {
     let mut guiding = description.guiding.clone();
     guiding.method = method;
     Settings { integrator: description.integrator.clone(), guiding, render: description.render.clone() }

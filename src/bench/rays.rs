@@ -3,10 +3,10 @@
 use super::record::{Kind, Recorder, Recording};
 use super::replay::{RayOrder, RaySet, Strand, arranged, as_rendered, count, replay};
 use super::{median, settings, with_threads};
+use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::render::{Keeping, Rendering, Settings, render, render_watched};
 use crate::scene::Scene;
-use crate::scene::description::SceneDescription;
 use crate::stats::Median;
 use crate::{Error, Result};
 use serde::Serialize;
@@ -63,7 +63,7 @@ pub struct ReplayFigure {
 ///
 /// # Errors
 /// Where nothing is hit, or threads cannot be started.
-pub fn rays(scene: &Scene, description: &SceneDescription, threads: usize, turns: usize) -> Result<RaysReport> {
+pub fn rays(scene: &Scene, description: &SceneFile, threads: usize, turns: usize) -> Result<RaysReport> {
     let settings = settings(description, GuidingMethod::None);
     let recorder = Recorder::default();
     let rendering = render_watched(scene, &settings, Keeping::default(), &recorder, &mut |_| true);

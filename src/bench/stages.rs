@@ -5,11 +5,11 @@
 
 use super::clock::Clock;
 use super::{cpu, median, settings};
+use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::probe::Stage;
 use crate::render::{Keeping, Rendering, Settings, render as render_scene, render_watched};
 use crate::scene::Scene;
-use crate::scene::description::SceneDescription;
 use crate::stats::Median;
 use crate::{Error, Result};
 use serde::Serialize;
@@ -52,7 +52,7 @@ const REST: usize = FILM + 2;
 /// Where there are too few samples to tell stages apart, or the system does not tell processor times.
 pub fn render(
     scene: &Scene,
-    description: &SceneDescription,
+    description: &SceneFile,
     methods: &[GuidingMethod],
     turns: usize,
 ) -> Result<Vec<MethodReport>> {

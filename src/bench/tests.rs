@@ -2,17 +2,18 @@
 
 use super::replay::{arranged, as_rendered, count, replay};
 use super::*;
+use crate::format;
 use crate::integrator::Counters;
 use crate::render::{Keeping, Rendering, render as render_scene, render_watched};
-use crate::scene::{Scene, file};
+use crate::scene::Scene;
 
 /// The project's Cornell box, small.
-fn cornell(more: &[&str]) -> (SceneDescription, Scene) {
+fn cornell(more: &[&str]) -> (SceneFile, Scene) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml");
     let tiny = ["film.width=48", "film.height=40", "render.spp=12"];
     let set: Vec<String> = tiny.iter().chain(more).map(ToString::to_string).collect();
-    let (description, _) = file::load(&path, &set).unwrap();
-    let (scene, _) = Scene::load(&description, 1).unwrap();
+    let (description, _) = format::load(&path, &set).unwrap();
+    let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
     (description, scene)
 }
 
@@ -148,7 +149,7 @@ fn loading_counts_what_is_loaded() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("two.obj");
     std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n").unwrap();
-    let (description, _) = file::load(&path, &[]).unwrap();
+    let (description, _) = format::load(&path, &[]).unwrap();
     let report = load(&description, 1, 2).unwrap();
     assert_eq!((report.triangles, report.tobj.triangles), (2, Some(2)));
     // at least four positions, six indices and two materials

@@ -5,13 +5,14 @@ pub(super) mod pictures;
 use super::choices::Choices;
 use super::output::{check_writable, write_json};
 use super::render::{stop_flag, trained, warn, watched};
+use crate::format;
+use crate::format::SceneFile;
 use crate::guiding::file::Trained;
 use crate::guiding::settings::GuidingMethod;
 use crate::guiding::{Guide, Survey};
 use crate::inspect::{Comparison, Layers, Radiance, Seen};
 use crate::render::Keeping;
-use crate::scene::description::SceneDescription;
-use crate::scene::{Scene, file};
+use crate::scene::Scene;
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use pictures::Pictures;
@@ -82,11 +83,11 @@ struct State {
 pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
     super::set_threads(arguments.choices.threads)?;
     let (description, warnings) =
-        file::load(&arguments.scene, &arguments.choices.overrides(arguments.spp.map(|n| format!("render.spp={n}"))))?;
+        format::load(&arguments.scene, &arguments.choices.overrides(arguments.spp.map(|n| format!("render.spp={n}"))))?;
     if description.guiding.method == GuidingMethod::None {
         bail!("there is no guide to look at: guiding.method is none");
     }
-    let (scene, more_warnings) = Scene::load(&description, arguments.choices.threads)?;
+    let (scene, more_warnings) = Scene::load(&description.scene, arguments.choices.threads, description.render.robust)?;
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
     }
@@ -124,7 +125,7 @@ fn prepare(arguments: &InspectArguments) -> Result<()> {
 }
 
 /// The guide, and whether its training was interrupted.
-fn guide(arguments: &InspectArguments, scene: &Scene, description: &SceneDescription) -> Result<(Guide, bool)> {
+fn guide(arguments: &InspectArguments, scene: &Scene, description: &SceneFile) -> Result<(Guide, bool)> {
     if let Some(Trained { guide, .. }) = trained(arguments.guide_in.as_deref(), scene, description)? {
         return Ok((guide, false));
     }

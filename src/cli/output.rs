@@ -2,13 +2,13 @@
 
 use super::report::{Context, Report};
 use crate::film::accumulate::Estimate;
+use crate::format::SceneFile;
 use crate::guiding::file as guide_file;
 use crate::image::exr::{self, Attribute, Metadata, Window};
 use crate::image::{Image, Layer, png};
 use crate::inspect::Layers;
 use crate::io::atomic::write_atomically;
 use crate::render::Rendering;
-use crate::scene::description::SceneDescription;
 use anyhow::{Context as _, Result, bail};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -59,14 +59,14 @@ impl Outputs {
     pub fn write(
         &self,
         context: &Context,
-        description: &SceneDescription,
+        description: &SceneFile,
         rendering: &Rendering,
         report: &Report,
     ) -> Result<()> {
         let estimate = &rendering.estimate;
         let pictures = self.pictures.iter().map(|path| match path.extension().is_some_and(|e| e == "exr") {
             true => write_exr(path, context, rendering).map_err(anyhow::Error::from),
-            false => png::write(path, &beauty(estimate), description.film.exposure).map_err(anyhow::Error::from),
+            false => png::write(path, &beauty(estimate), description.scene.film.exposure).map_err(anyhow::Error::from),
         });
         let json = self.json.iter().map(|path| write_json(path, report));
         let guide = (self.guide.iter().zip(&rendering.guide)).map(|(path, guide)| {

@@ -7,14 +7,15 @@ use super::output::Outputs;
 use super::render::{stop_flag, subject, watched};
 use super::report::{Context, Report};
 use crate::compare::reference::Growing;
+use crate::format;
+use crate::format::SceneFile;
 use crate::generate;
 use crate::image::Image;
 use crate::image::exr::read_rgb;
 use crate::inspect::{Comparison, Radiance, Seen};
 use crate::paper::{Preset, View, presets};
 use crate::render::{Keeping, Rendering};
-use crate::scene::description::SceneDescription;
-use crate::scene::{Scene, file};
+use crate::scene::Scene;
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use std::collections::BTreeMap;
@@ -112,8 +113,8 @@ impl Studio<'_> {
         overrides.push(format!("render.spp={}", preset.view.spp.unwrap_or(self.arguments.spp)));
         overrides.push(format!("render.seed={}", self.arguments.seed));
         overrides.extend(preset.overrides().map(String::from));
-        let (mut description, _) = file::load(&path, &overrides)?;
-        preset.place(&mut description);
+        let (mut description, _) = format::load(&path, &overrides)?;
+        preset.place(&mut description.scene);
         let named = |extension: &str| out.join(format!("{}.{extension}", preset.name));
         let outputs = Outputs::new(&[named("png"), named("exr")], Some(&named("json")), None, &path)?;
         let keeping = Keeping { from: None, keep: preset.shown.is_some() };
@@ -135,7 +136,7 @@ impl Studio<'_> {
         preset: &Preset,
         at: [f64; 2],
         scene: &Scene,
-        description: &SceneDescription,
+        description: &SceneFile,
         rendering: &Rendering,
     ) -> Result<Comparison> {
         let guide = rendering.guide.as_ref().context("there is no guide to look at")?;
@@ -189,7 +190,7 @@ impl Studio<'_> {
         let mut overrides = self.overrides(view);
         overrides.push(format!("render.spp={}", self.arguments.reference_spp));
         overrides.push(format!("render.seed={}", self.arguments.seed + 1));
-        let (description, _) = file::load(scene, &overrides)?;
+        let (description, _) = format::load(scene, &overrides)?;
         let (scene, rendering) =
             self.render(&format!("the reference of {}", view.name), &description, Keeping::default())?;
         if self.stopped() {
@@ -201,16 +202,16 @@ impl Studio<'_> {
         Ok(true)
     }
 
-    fn render(&self, what: &str, description: &SceneDescription, keeping: Keeping) -> Result<(Scene, Rendering)> {
+    fn render(&self, what: &str, description: &SceneFile, keeping: Keeping) -> Result<(Scene, Rendering)> {
         if !self.arguments.quiet {
             eprintln!("rendering {what}");
         }
-        let (scene, _) = Scene::load(description, self.arguments.threads)?;
+        let (scene, _) = Scene::load(&description.scene, self.arguments.threads, description.render.robust)?;
         let rendering = watched(&scene, description, keeping, self.arguments.quiet, self.stop);
         Ok((scene, rendering))
     }
 
-    fn context<'s>(&self, scene: &'s Scene, path: &Path, description: &SceneDescription) -> Context<'s> {
+    fn context<'s>(&self, scene: &'s Scene, path: &Path, description: &SceneFile) -> Context<'s> {
         Context {
             scene,
             name: path.display().to_string(),

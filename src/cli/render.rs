@@ -4,12 +4,13 @@ use super::choices::Choices;
 use super::output::Outputs;
 use super::progress::Bar;
 use super::report::{Context, Report, total};
+use crate::format;
+use crate::format::SceneFile;
 use crate::guiding::file::{self as guide_file, Subject};
 use crate::guiding::settings::GuidingMethod;
 use crate::inspect::Layers;
 use crate::render::{Keeping, Rendering, Settings, render_keeping};
-use crate::scene::description::SceneDescription;
-use crate::scene::{Scene, file};
+use crate::scene::Scene;
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -64,12 +65,12 @@ pub struct RenderArguments {
 
 pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     super::set_threads(arguments.choices.threads)?;
-    let (description, warnings) = file::load(&arguments.scene, &overrides(arguments))?;
+    let (description, warnings) = format::load(&arguments.scene, &overrides(arguments))?;
     let outputs =
         Outputs::new(&arguments.output, arguments.json.as_ref(), arguments.guide_out.as_ref(), &arguments.scene)?;
     check_guide_options(arguments, &description, &outputs)?;
     let load = Instant::now();
-    let (scene, more_warnings) = Scene::load(&description, arguments.choices.threads)?;
+    let (scene, more_warnings) = Scene::load(&description.scene, arguments.choices.threads, description.render.robust)?;
     let load_seconds = load.elapsed().as_secs_f64();
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
@@ -112,7 +113,7 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
 }
 
 /// Refuses options that could do nothing.
-fn check_guide_options(arguments: &RenderArguments, scene: &SceneDescription, outputs: &Outputs) -> Result<()> {
+fn check_guide_options(arguments: &RenderArguments, scene: &SceneFile, outputs: &Outputs) -> Result<()> {
     let RenderArguments { guide_in, guide_out, guide_layers, .. } = arguments;
     let given =
         [("--guide-in", guide_in.is_some()), ("--guide-out", guide_out.is_some()), ("--guide-layers", *guide_layers)];
@@ -128,7 +129,7 @@ fn check_guide_options(arguments: &RenderArguments, scene: &SceneDescription, ou
 }
 
 /// What guides of this scene are kept for.
-pub(super) fn subject(scene: &Scene, description: &SceneDescription) -> Subject {
+pub(super) fn subject(scene: &Scene, description: &SceneFile) -> Subject {
     Subject::new(scene.content_hash_text(), &description.guiding, &description.integrator)
 }
 
@@ -136,7 +137,7 @@ pub(super) fn subject(scene: &Scene, description: &SceneDescription) -> Subject 
 pub(super) fn trained(
     path: Option<&Path>,
     scene: &Scene,
-    description: &SceneDescription,
+    description: &SceneFile,
 ) -> Result<Option<guide_file::Trained>> {
     let read = |path| guide_file::read(path, &subject(scene, description), &description.guiding, scene.bounds());
     Ok(path.map(read).transpose()?)
@@ -145,7 +146,7 @@ pub(super) fn trained(
 /// Renders with a progress bar, until done or asked to stop.
 pub(super) fn watched(
     scene: &Scene,
-    description: &SceneDescription,
+    description: &SceneFile,
     keeping: Keeping,
     quiet: bool,
     stop: &AtomicBool,

@@ -140,7 +140,7 @@ impl Studio for Atelier<'_> {
         let Some(reference) = &self.reference else {
             return Err(Error::Scene(format!("{scene_name}: there is no reference to compare with")));
         };
-        let mut run = measured(&rendering, reference, description.film.exposure)?;
+        let mut run = measured(&rendering, reference, description.scene.film.exposure)?;
         (run.scene, run.method, run.budget) = (scene_name, method.clone(), budget_name);
         (run.seed, run.peak_bytes) = (slot.seed, peak_bytes);
         if slot.budget == plan.budgets.len() - 1 {

@@ -2,10 +2,10 @@
 
 use super::gallery::{Gallery, reading};
 use super::plan::{Budget, Draft, Origin, Override, SceneEntry};
+use crate::format::document::{
+    At, Bounds, Entries, Entry, Fault, Node, Reader, Source, Value, from_toml, line_and_column,
+};
 use crate::guiding::settings::GuidingMethod;
-use crate::scene::file::reader::{Bounds, Reader};
-use crate::scene::file::tree::{self, At, Entries, Entry, Fault, Node, Value};
-use crate::scene::file::{Source, line_and_column};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,7 +30,7 @@ pub fn read(path: &Path) -> Result<Draft> {
 pub fn parse(text: &str, path: &Path) -> Result<Draft> {
     let source = Source { path, text, overrides: &[] };
     let read = |root| File { source: &source }.draft(root);
-    tree::from_toml(text, &At::Text).and_then(read).map_err(|fault| source.error(fault))
+    from_toml(text, &At::Text).and_then(read).map_err(|fault| source.error(fault))
 }
 
 /// Methods by name, and their names in the file's order.

@@ -2,9 +2,9 @@
 
 use super::gallery::Gallery;
 use super::sweep;
+use crate::format::document::suggest;
+use crate::format::{self, SceneFile};
 use crate::guiding::settings::GuidingMethod;
-use crate::scene::description::SceneDescription;
-use crate::scene::file;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -147,7 +147,7 @@ impl Draft {
         let there: Vec<String> = self.scenes.iter().map(SceneEntry::name).collect();
         if let Some(name) = names.iter().find(|name| !there.contains(name)) {
             let known = there.iter().map(String::as_str);
-            return Err(Error::Scene(file::suggest::unknown(&format!("unknown scene `{name}`"), name, known)));
+            return Err(Error::Scene(suggest::unknown(&format!("unknown scene `{name}`"), name, known)));
         }
         self.scenes.retain(|scene| names.is_empty() || names.contains(&scene.name()));
         Ok(())
@@ -210,7 +210,7 @@ impl Draft {
             return Ok(Method { name: name.into(), overrides: vec![Override { key, value, origin }] });
         }
         let known = built_in.into_iter().chain(self.defined.keys().map(String::as_str));
-        Err(Error::Scene(file::suggest::unknown(&format!("unknown method `{name}`"), name, known)))
+        Err(Error::Scene(suggest::unknown(&format!("unknown method `{name}`"), name, known)))
     }
 }
 
@@ -254,8 +254,8 @@ impl Plan {
     /// What a method makes of a scene, with its warnings.
     ///
     /// # Errors
-    /// As [`file::load`]; a wrong setting is named with its place in the comparison's file where it has one.
-    pub fn describe(&self, scene: &SceneEntry, method: Option<&Method>) -> Result<(SceneDescription, Vec<String>)> {
+    /// As [`format::load`]; a wrong setting is named with its place in the comparison's file where it has one.
+    pub fn describe(&self, scene: &SceneEntry, method: Option<&Method>) -> Result<(SceneFile, Vec<String>)> {
         let of_method = method.map_or(&[][..], |m| &m.overrides);
         self.described(&scene.path, [&scene.overrides, of_method].concat())
     }
@@ -264,14 +264,14 @@ impl Plan {
     ///
     /// # Errors
     /// As [`Plan::describe`].
-    pub fn describe_reference(&self, scene: &SceneEntry) -> Result<Option<(SceneDescription, Vec<String>)>> {
+    pub fn describe_reference(&self, scene: &SceneEntry) -> Result<Option<(SceneFile, Vec<String>)>> {
         scene.reference_scene.as_ref().map(|path| self.described(path, vec![])).transpose()
     }
 
-    fn described(&self, path: &Path, overrides: Vec<Override>) -> Result<(SceneDescription, Vec<String>)> {
+    fn described(&self, path: &Path, overrides: Vec<Override>) -> Result<(SceneFile, Vec<String>)> {
         let all: Vec<&Override> = self.overrides.iter().chain(&overrides).collect();
         let texts: Vec<String> = all.iter().map(|o| o.text()).collect();
-        file::load(path, &texts).map_err(|error| match error {
+        format::load(path, &texts).map_err(|error| match error {
             Error::Override { index, message, .. } => placed(all[index], message),
             other => other,
         })

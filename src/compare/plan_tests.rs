@@ -35,10 +35,10 @@ fn a_file_says_all_that_flags_can() {
     assert_eq!((plan.reference_noise, plan.reference_time), (0.1, 600.0));
     let names: Vec<&str> = plan.methods.iter().map(|m| m.name.as_str()).collect();
     assert_eq!(names, ["none", "fine"]);
-    let (scene, _) = plan.describe(&plan.scenes[0], Some(&plan.methods[1])).unwrap();
-    assert_eq!((scene.film.width, scene.film.height, scene.integrator.max_depth), (64, 48, 4));
-    assert_eq!((scene.guiding.method, scene.guiding.resolution), (GuidingMethod::Grid, 32));
-    assert!(!scene.guiding.jitter);
+    let (file, _) = plan.describe(&plan.scenes[0], Some(&plan.methods[1])).unwrap();
+    assert_eq!((file.scene.film.width, file.scene.film.height, file.integrator.max_depth), (64, 48, 4));
+    assert_eq!((file.guiding.method, file.guiding.resolution), (GuidingMethod::Grid, 32));
+    assert!(!file.guiding.jitter);
     assert_eq!(plan.scenes[0].name(), "cornell");
 }
 
@@ -130,7 +130,7 @@ fn the_example_of_the_documentation_is_read() {
     let plan = draft(example).unwrap().finish().unwrap();
     let names: Vec<&str> = plan.methods.iter().map(|m| m.name.as_str()).collect();
     assert_eq!(names, ["none", "coarse", "fine", "sdtree"]);
-    let (scene, _) = plan.describe(&plan.scenes[0], Some(&plan.methods[2])).unwrap();
-    assert_eq!((scene.guiding.resolution, scene.guiding.memory, scene.film.width), (64, 64 << 20, 320));
+    let (file, _) = plan.describe(&plan.scenes[0], Some(&plan.methods[2])).unwrap();
+    assert_eq!((file.guiding.resolution, file.guiding.memory, file.scene.film.width), (64, 64 << 20, 320));
     assert_eq!(plan.budgets.last(), Some(&Budget::Seconds(20.0)));
 }

@@ -4,13 +4,13 @@ use super::measure::{Reference, relative_noise};
 use super::record::{ReferenceRecord, Source};
 use crate::film::Combine;
 use crate::film::accumulate::Estimate;
+use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::exr::{self, Attribute, Metadata, Window, read_layers, read_rgb};
 use crate::image::{Image, Layer};
 use crate::math::Rgb;
 use crate::render::{self, Order, Progress, Rendering};
 use crate::scene::Scene;
-use crate::scene::description::SceneDescription;
 use crate::{Error, Result};
 use rustc_hash::FxHasher;
 use std::collections::BTreeMap;
@@ -43,7 +43,7 @@ pub struct Growth<'a> {
 }
 
 /// Of the reference of a scene: its name, and a hash of all that decides what it shows.
-pub fn file_name(name: &str, scene: &Scene, description: &SceneDescription) -> String {
+pub fn file_name(name: &str, scene: &Scene, description: &SceneFile) -> String {
     let mut hasher = FxHasher::default();
     hasher.write(format!("{} {:?}", scene.hash_text(), description.integrator).as_bytes());
     format!("{name}-{:016x}.exr", hasher.finish())
@@ -101,7 +101,7 @@ impl Growing {
 
     /// Renders until the noise is as wanted, the time is over, or the observer has had enough; `None` where that was
     /// before there was anything.
-    pub fn grow(mut found: Option<Growing>, scene: &Scene, of: &SceneDescription, growth: Growth) -> Option<Growing> {
+    pub fn grow(mut found: Option<Growing>, scene: &Scene, of: &SceneFile, growth: Growth) -> Option<Growing> {
         let mut go_on = true;
         while let Some(samples) = found.as_ref().map_or(Some(FIRST), |f| f.next(growth.wanted, growth.time)) {
             let taken = found.as_ref().map_or((0, 0.0), |f| (f.samples, f.seconds));

@@ -2,11 +2,11 @@
 
 use super::plan::{Plan, SceneEntry};
 use super::store::plan_hash;
+use crate::format::SceneFile;
 use crate::guiding::settings::GuidingSettings;
 use crate::integrator::IntegratorSettings;
 use crate::render::{RenderSettings, Settings};
 use crate::scene::Scene;
-use crate::scene::description::SceneDescription;
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
 
@@ -23,7 +23,7 @@ pub struct Stage {
 
 /// A description and which of the loaded scenes it is.
 struct Set {
-    description: SceneDescription,
+    description: SceneFile,
     scene: usize,
 }
 
@@ -40,7 +40,7 @@ impl Stage {
             let (plain, more) = plan.describe(entry, None)?;
             warnings.extend(more);
             let of_method = |method| Ok(plan.describe(entry, Some(method))?.0);
-            let methods: Vec<SceneDescription> = plan.methods.iter().map(of_method).collect::<Result<_>>()?;
+            let methods: Vec<SceneFile> = plan.methods.iter().map(of_method).collect::<Result<_>>()?;
             check_sizes(plan, &plain, &methods)?;
             let reference = plan.describe_reference(entry)?.map(|(description, _)| description);
             check_reference(entry, &plain, reference.as_ref())?;
@@ -58,21 +58,21 @@ impl Stage {
     }
 
     /// A scene without any method's changes.
-    pub fn plain(&self, scene: usize) -> (&Scene, &SceneDescription) {
+    pub fn plain(&self, scene: usize) -> (&Scene, &SceneFile) {
         self.set(&self.plain[scene])
     }
 
     /// What a scene's reference is made of.
-    pub fn reference(&self, scene: usize) -> (&Scene, &SceneDescription) {
+    pub fn reference(&self, scene: usize) -> (&Scene, &SceneFile) {
         self.set(self.references[scene].as_ref().unwrap_or(&self.plain[scene]))
     }
 
     /// A scene as a method has it.
-    pub fn with_method(&self, scene: usize, method: usize) -> (&Scene, &SceneDescription) {
+    pub fn with_method(&self, scene: usize, method: usize) -> (&Scene, &SceneFile) {
         self.set(&self.methods[scene][method])
     }
 
-    fn set<'a>(&'a self, set: &'a Set) -> (&'a Scene, &'a SceneDescription) {
+    fn set<'a>(&'a self, set: &'a Set) -> (&'a Scene, &'a SceneFile) {
         (&self.scenes[set.scene], &set.description)
     }
 
@@ -82,7 +82,7 @@ impl Stage {
             let d = &set.description;
             let render = RenderSettings { spp: 0, time: None, seed: 0, ..d.render.clone() };
             let scene = self.scenes[set.scene].hash_text();
-            format!("{scene} {:?} {:?} {render:?} {:?}", d.integrator, d.guiding, d.film.exposure)
+            format!("{scene} {:?} {:?} {render:?} {:?}", d.integrator, d.guiding, d.scene.film.exposure)
         };
         let mut contents: Vec<String> = self.plain.iter().chain(self.methods.iter().flatten()).map(text).collect();
         contents.extend(self.references.iter().flatten().map(text));
@@ -92,7 +92,7 @@ impl Stage {
 }
 
 /// What to render a description with.
-pub fn settings(description: &SceneDescription) -> Settings {
+pub fn settings(description: &SceneFile) -> Settings {
     Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),
@@ -100,8 +100,8 @@ pub fn settings(description: &SceneDescription) -> Settings {
     }
 }
 
-fn check_sizes(plan: &Plan, plain: &SceneDescription, methods: &[SceneDescription]) -> Result<()> {
-    let size = |d: &SceneDescription| (d.film.width, d.film.height);
+fn check_sizes(plan: &Plan, plain: &SceneFile, methods: &[SceneFile]) -> Result<()> {
+    let size = |d: &SceneFile| (d.scene.film.width, d.scene.film.height);
     match methods.iter().position(|m| size(m) != size(plain)) {
         None => Ok(()),
         Some(index) => Err(Error::Scene(format!(
@@ -111,8 +111,8 @@ fn check_sizes(plan: &Plan, plain: &SceneDescription, methods: &[SceneDescriptio
     }
 }
 
-fn check_reference(entry: &SceneEntry, plain: &SceneDescription, reference: Option<&SceneDescription>) -> Result<()> {
-    let size = |d: &SceneDescription| (d.film.width, d.film.height);
+fn check_reference(entry: &SceneEntry, plain: &SceneFile, reference: Option<&SceneFile>) -> Result<()> {
+    let size = |d: &SceneFile| (d.scene.film.width, d.scene.film.height);
     match reference {
         Some(other) if size(other) != size(plain) => {
             Err(Error::Scene(format!("{}: the scene of its reference has a picture of another size", entry.name())))
@@ -130,10 +130,10 @@ struct Loader {
 }
 
 impl Loader {
-    fn set(&mut self, description: SceneDescription) -> Result<Set> {
+    fn set(&mut self, description: SceneFile) -> Result<Set> {
         let key = format!(
             "{:?}",
-            SceneDescription {
+            SceneFile {
                 integrator: IntegratorSettings::default(),
                 guiding: GuidingSettings::default(),
                 render: RenderSettings { robust: description.render.robust, ..RenderSettings::default() },
@@ -143,7 +143,7 @@ impl Loader {
         if let Some(&scene) = self.known.get(&key) {
             return Ok(Set { description, scene });
         }
-        let (scene, more) = Scene::load(&description, self.threads)?;
+        let (scene, more) = Scene::load(&description.scene, self.threads, description.render.robust)?;
         self.warnings.extend(more);
         self.scenes.push(scene);
         self.known.insert(key, self.scenes.len() - 1);

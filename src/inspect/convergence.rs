@@ -6,12 +6,13 @@
 //! that all of it is to be learnt.
 
 use crate::Result;
+use crate::format;
 use crate::guiding::Guide;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, LearningRule, Rate};
 use crate::integrator::{IntegratorSettings, Roulette};
 use crate::math::{rng::Rng, warp};
 use crate::render::{Keeping, Settings, render_keeping};
-use crate::scene::{self, Scene};
+use crate::scene::Scene;
 use glam::Vec3;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -74,8 +75,8 @@ impl Furnace {
         let material = format!("material.glow={{type=\"diffuse\",reflectance={albedo},emission=1}}");
         let sides = [format!("film.width={side}"), format!("film.height={side}")];
         let overrides = [sides.to_vec(), vec![material, "integrator.next_event=false".into()]].concat();
-        let (description, _) = scene::file::load(file, &overrides)?;
-        let (scene, _) = Scene::load(&description, 0)?;
+        let (description, _) = format::load(file, &overrides)?;
+        let (scene, _) = Scene::load(&description.scene, 0, description.render.robust)?;
         let integrator = IntegratorSettings { roulette: Roulette::Throughput, ..description.integrator };
         let render = description.render;
         let guiding = GuidingSettings { method: GuidingMethod::Grid, resolution: 4, ..GuidingSettings::default() };

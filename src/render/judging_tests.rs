@@ -1,18 +1,19 @@
 use super::super::{Rendering, Settings, render};
 use crate::film::tile::Tile;
+use crate::format;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::path::PathIntegrator;
 use crate::integrator::{Batch, Task};
 use crate::math::{Rgb, luminance};
 use crate::render::Reason;
-use crate::scene::{Scene, file};
+use crate::scene::Scene;
 
 /// One of the project's scenes, small.
 fn own(name: &str, set: &[&str]) -> (Scene, Settings) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
-    let (description, _) = file::load(&path, &set).unwrap();
-    let (scene, _) = Scene::load(&description, 1).unwrap();
+    let (description, _) = format::load(&path, &set).unwrap();
+    let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
     let (integrator, guiding, render) = (description.integrator, description.guiding, description.render);
     (scene, Settings { integrator, guiding, render })
 }

@@ -1,12 +1,9 @@
-//! What a scene file says, before anything is loaded: every importer ends here, [`super::Scene`] begins here.
+//! A scene as written, before anything is loaded: every reader ends here, [`super::Scene`] begins here.
 
 use crate::bsdf::BsdfDescription;
 use crate::film::FilmSettings;
-use crate::guiding::settings::GuidingSettings;
-use crate::integrator::IntegratorSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::render::RenderSettings;
 use crate::texture::{ColorTexture, ScalarTexture};
 use glam::{Affine3A, Vec3};
 use std::collections::BTreeMap;
@@ -24,9 +21,6 @@ pub struct SceneDescription {
     /// By name as in `usemtl`; they replace what the MTL says of that name.
     pub materials: BTreeMap<String, MaterialDescription>,
     pub lights: Vec<LightDescription>,
-    pub integrator: IntegratorSettings,
-    pub guiding: GuidingSettings,
-    pub render: RenderSettings,
 }
 
 /// A perspective camera.

@@ -37,12 +37,13 @@ pub(crate) struct Gathered {
 }
 
 impl Scene {
-    /// Loads all that the description names and builds the acceleration structure with `threads` threads (0: all).
+    /// Loads all that the description names and builds the acceleration structure with `threads` threads (0: all);
+    /// `robust` asks for watertight ray queries.
     /// Also returns warnings for the user.
     ///
     /// # Errors
     /// Missing and malformed files, with file and line; a scene without triangles.
-    pub fn load(description: &SceneDescription, threads: usize) -> Result<(Scene, Vec<String>)> {
+    pub fn load(description: &SceneDescription, threads: usize, robust: bool) -> Result<(Scene, Vec<String>)> {
         let Gathered { meshes, materials, mut warnings, .. } = Gathered::of(description)?;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
@@ -55,7 +56,7 @@ impl Scene {
         let textures = Arc::new(cache.into_textures());
         let start = Instant::now();
         let device = Device::new(threads)?;
-        let build = Build { device, robust: description.render.robust, materials: &resolved, textures: &textures };
+        let build = Build { device, robust, materials: &resolved, textures: &textures };
         let (meshes, instances, geometry) = build.world(description, meshes)?;
         let build_seconds = start.elapsed().as_secs_f64();
 

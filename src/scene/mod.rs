@@ -3,9 +3,7 @@
 mod build;
 mod camera;
 pub mod description;
-pub mod file;
 mod instances;
-pub mod interchange;
 mod load;
 pub mod material;
 pub mod obj;

@@ -6,11 +6,11 @@
 
 use crate::common::{Loaded, Runs, own, welch};
 use phototaxis::film::Combine;
+use phototaxis::format;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, Rate};
 use phototaxis::math::Rgb;
 use phototaxis::paper::presets;
 use phototaxis::render::{Order, Rendering, Settings, render};
-use phototaxis::scene::file;
 use phototaxis::stats::sidak;
 
 const FALSE_ALARM: f64 = 1e-4;
@@ -90,7 +90,7 @@ fn blocks_that_were_not_rendered_are_black_and_say_so() {
 fn combinations_that_mean_nothing_are_refused() {
     let load = |overrides: &[&str]| {
         let overrides: Vec<String> = ["render.order=blocks"].iter().chain(overrides).map(ToString::to_string).collect();
-        file::load(&crate::common::own_path("wall"), &overrides).map(|_| ()).map_err(|e| e.to_string())
+        format::load(&crate::common::own_path("wall"), &overrides).map(|_| ()).map_err(|e| e.to_string())
     };
     let grid = ["guiding.method=grid", "guiding.table=sphere", "guiding.updates=online", "integrator.roulette=none"];
     assert_eq!(load(&grid), Ok(()));

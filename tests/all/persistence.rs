@@ -1,6 +1,7 @@
 //! Guides in files: what comes back is what was written, and what is no guide is an error.
 
 use glam::Vec3;
+use phototaxis::format;
 use phototaxis::guiding::file::{self, Subject, Trained};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use phototaxis::guiding::{Guide, PackedDirection, Recorder, Transition};
@@ -9,7 +10,7 @@ use phototaxis::image::metrics::compare;
 use phototaxis::integrator::IntegratorSettings;
 use phototaxis::math::{rng::Rng, warp};
 use phototaxis::render::{Keeping, Rendering, Settings, render_keeping};
-use phototaxis::scene::{Scene, file as scene_file};
+use phototaxis::scene::Scene;
 use std::path::Path;
 
 const BOUNDS: (Vec3, Vec3) = (Vec3::ZERO, Vec3::ONE);
@@ -201,8 +202,8 @@ fn scene(overrides: &[&str]) -> (Scene, Settings, Subject) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/door.toml");
     let tiny = ["film.width=64", "film.height=36", "guiding.method=adaptive", "guiding.resolution=8"];
     let overrides: Vec<String> = tiny.iter().chain(overrides).map(ToString::to_string).collect();
-    let (description, _) = scene_file::load(&path, &overrides).unwrap();
-    let (scene, _) = Scene::load(&description, 0).unwrap();
+    let (description, _) = format::load(&path, &overrides).unwrap();
+    let (scene, _) = Scene::load(&description.scene, 0, description.render.robust).unwrap();
     let settings =
         Settings { integrator: description.integrator, guiding: description.guiding, render: description.render };
     let subject = Subject::new(scene.content_hash_text(), &settings.guiding, &settings.integrator);

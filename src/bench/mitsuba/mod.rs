@@ -18,11 +18,11 @@ pub use agreement::Agreement;
 use super::own::{OurFigures, Own};
 use super::{median, settings};
 use crate::film::accumulate::Estimate;
+use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::exr::{self, Metadata, Window, read_rgb};
 use crate::image::{Image, Layer, png};
 use crate::scene::Scene;
-use crate::scene::description::SceneDescription;
 use crate::stats::Median;
 use crate::{Error, Result};
 use agreement::{Mean, agreement};
@@ -94,19 +94,15 @@ impl Mitsuba {
     ///
     /// # Errors
     /// [`Error::Scene`] names what Mitsuba has no counterpart of; and where a process fails to load the scene.
-    pub fn start(
-        description: &SceneDescription,
-        plan: MitsubaPlan,
-        python: &Path,
-        keep: Option<&Path>,
-    ) -> Result<Mitsuba> {
+    pub fn start(description: &SceneFile, plan: MitsubaPlan, python: &Path, keep: Option<&Path>) -> Result<Mitsuba> {
         let temporary = match keep {
             None => Some(TempDir::with_prefix("phototaxis-bench-").map_err(Error::io(std::env::temp_dir()))?),
             Some(folder) => std::fs::create_dir_all(folder).map(|()| None).map_err(Error::io(folder))?,
         };
         let folder = temporary.as_ref().map_or_else(|| keep.unwrap_or(Path::new(".")), TempDir::path).to_owned();
         let translation = Translation::write(description, plan.spp, &folder)?;
-        let (scene, warnings) = Scene::load(&translation.description, plan.threads)?;
+        let (scene, warnings) =
+            Scene::load(&translation.description.scene, plan.threads, translation.description.render.robust)?;
         let (mut processes, mut missing) = (Vec::new(), Vec::new());
         for variant in VARIANTS {
             match Process::start(python, variant, &translation.file, plan.threads)? {
@@ -172,7 +168,7 @@ impl Mitsuba {
         let names = std::iter::once("phototaxis").chain(self.processes.iter().map(|process| process.variant));
         for (name, Mean { image, .. }) in names.zip(pictures) {
             let path = self.folder.join(name);
-            png::write(&path.with_extension("png"), image, self.translation.description.film.exposure)?;
+            png::write(&path.with_extension("png"), image, self.translation.description.scene.film.exposure)?;
             let (window, layer) = (Window::full(image.width, image.height), Layer::color("", &image.data));
             exr::write(&path.with_extension("exr"), &window, vec![layer], &Metadata::default())?;
         }

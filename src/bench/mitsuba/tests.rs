@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::file;
+use crate::format;
 use std::fs;
 
 mod imposter;
@@ -18,12 +18,12 @@ const LIBRARY: &str = "newmtl floor\nKd 0.6 0.5 0.4\nnewmtl lamp\nKd 0 0 0\nKe 8
 const PLAN: MitsubaPlan = MitsubaPlan { spp: 64, threads: 1 };
 
 /// The files of a scene, and what it says.
-fn room(more: &str) -> (TempDir, SceneDescription) {
+fn room(more: &str) -> (TempDir, SceneFile) {
     let folder = tempfile::tempdir().unwrap();
     let text = format!("{SCENE}{more}");
     for (name, text) in [("scene.toml", &text[..]), ("room.obj", ROOM), ("room.mtl", LIBRARY)] {
         fs::write(folder.path().join(name), text).unwrap();
     }
-    let (description, _) = file::load(&folder.path().join("scene.toml"), &[]).unwrap();
+    let (description, _) = format::load(&folder.path().join("scene.toml"), &[]).unwrap();
     (folder, description)
 }

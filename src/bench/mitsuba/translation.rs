@@ -3,13 +3,14 @@
 use super::xml::{Element, numbers};
 use super::{material, meshes};
 use crate::film::Filter;
+use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::Roulette;
 use crate::io::atomic::write_atomically;
 use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::render::Order;
-use crate::scene::description::{CameraDescription, SceneDescription};
+use crate::scene::description::CameraDescription;
 use crate::scene::{Camera, Gathered};
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};
@@ -18,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// What both renderers are told.
 pub struct Translation {
     /// What Phototaxis renders.
-    pub description: SceneDescription,
+    pub description: SceneFile,
     /// What Mitsuba does.
     pub file: PathBuf,
 }
@@ -35,12 +36,12 @@ impl Translation {
     ///
     /// # Errors
     /// [`Error::Scene`] names what Mitsuba has no counterpart of.
-    pub fn write(description: &SceneDescription, spp: u32, folder: &Path) -> Result<Translation> {
-        let gathered = Gathered::of(description)?;
+    pub fn write(description: &SceneFile, spp: u32, folder: &Path) -> Result<Translation> {
+        let gathered = Gathered::of(&description.scene)?;
         let description = same_work(description, &gathered, spp)?;
         let mut root = Element::new("scene").attribute("version", "3.0.0").child(integrator(&description));
         root = root.child(sensor(&description, &gathered)?);
-        for light in &description.lights {
+        for light in &description.scene.lights {
             root = root.child(emitter(light)?);
         }
         root = surfaces(root, &gathered, folder)?;
@@ -55,9 +56,9 @@ fn unknown(what: impl std::fmt::Display) -> Error {
 }
 
 /// The description as both can have it.
-fn same_work(description: &SceneDescription, gathered: &Gathered, spp: u32) -> Result<SceneDescription> {
+fn same_work(description: &SceneFile, gathered: &Gathered, spp: u32) -> Result<SceneFile> {
     let mut d = description.clone();
-    if !d.instances.is_empty() || d.meshes.iter().any(|mesh| mesh.group.is_some()) {
+    if !d.scene.instances.is_empty() || d.scene.meshes.iter().any(|mesh| mesh.group.is_some()) {
         return Err(unknown("instances (its own cannot emit, and copies would not be the same work)"));
     }
     if !d.integrator.next_event || !d.integrator.mis {
@@ -66,15 +67,15 @@ fn same_work(description: &SceneDescription, gathered: &Gathered, spp: u32) -> R
     let far = |light: &&LightDescription| {
         matches!(light, LightDescription::Environment { .. } | LightDescription::Constant { .. })
     };
-    if d.lights.iter().filter(far).count() > 1 {
+    if d.scene.lights.iter().filter(far).count() > 1 {
         return Err(unknown("two lights that surround the scene"));
     }
-    if d.lights.is_empty() && gathered.materials.iter().all(|m| m.emission == Rgb::ZERO) {
+    if d.scene.lights.is_empty() && gathered.materials.iter().all(|m| m.emission == Rgb::ZERO) {
         // what a scene without lights gets when it is loaded
-        d.lights.push(LightDescription::Constant { radiance: Rgb::ONE });
+        d.scene.lights.push(LightDescription::Constant { radiance: Rgb::ONE });
     }
-    d.camera = Some(camera(description, gathered));
-    d.film.filter = Filter::Box;
+    d.scene.camera = Some(camera(description, gathered));
+    d.scene.film.filter = Filter::Box;
     d.guiding.method = GuidingMethod::None;
     if d.integrator.roulette == Roulette::Guided {
         // what it is where there is no guide
@@ -84,9 +85,9 @@ fn same_work(description: &SceneDescription, gathered: &Gathered, spp: u32) -> R
     Ok(d)
 }
 
-fn camera(description: &SceneDescription, gathered: &Gathered) -> CameraDescription {
+fn camera(description: &SceneFile, gathered: &Gathered) -> CameraDescription {
     let (low, high) = bounds(gathered);
-    description.camera.clone().unwrap_or_else(|| Camera::for_bounds(low, high))
+    description.scene.camera.clone().unwrap_or_else(|| Camera::for_bounds(low, high))
 }
 
 fn bounds(gathered: &Gathered) -> (Vec3, Vec3) {
@@ -94,7 +95,7 @@ fn bounds(gathered: &Gathered) -> (Vec3, Vec3) {
     points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
 
-fn integrator(description: &SceneDescription) -> Element {
+fn integrator(description: &SceneFile) -> Element {
     let settings = &description.integrator;
     let limit = |depth: u32| if depth < UNLIMITED { i64::from(depth) } else { -1 };
     let start = match settings.roulette {
@@ -105,7 +106,7 @@ fn integrator(description: &SceneDescription) -> Element {
     path.integer("rr_depth", i64::from(start))
 }
 
-fn sensor(description: &SceneDescription, gathered: &Gathered) -> Result<Element> {
+fn sensor(description: &SceneFile, gathered: &Gathered) -> Result<Element> {
     let camera = camera(description, gathered);
     let (low, high) = bounds(gathered);
     let size = (high - low).length().max((high - camera.origin).length()).max((low - camera.origin).length());
@@ -114,8 +115,8 @@ fn sensor(description: &SceneDescription, gathered: &Gathered) -> Result<Element
     }
     let film = Element::new("film").kind("hdrfilm").string("pixel_format", "rgb").string("component_format", "float32");
     let film = film
-        .integer("width", i64::from(description.film.width))
-        .integer("height", i64::from(description.film.height))
+        .integer("width", i64::from(description.scene.film.width))
+        .integer("height", i64::from(description.scene.film.height))
         .child(Element::new("rfilter").kind("box"));
     let look = Element::new("lookat")
         .attribute("origin", numbers(camera.origin))

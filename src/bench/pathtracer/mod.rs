@@ -15,9 +15,9 @@ pub use stand_in::PointLight;
 use super::own::{OurFigures, Own};
 use super::{median, settings};
 use crate::Result;
+use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::scene::Scene;
-use crate::scene::description::SceneDescription;
 use crate::stats::Median;
 use program::{Frames, run};
 use serde::Serialize;
@@ -57,14 +57,14 @@ pub struct EmbreeFigures {
 /// Files that cannot be written, a program that fails or prints no figures.
 pub fn embree(
     scene: &Scene,
-    description: &SceneDescription,
+    description: &SceneFile,
     plan: &EmbreePlan,
     program: Option<&Path>,
     threads: usize,
     turns: usize,
 ) -> Result<EmbreeReport> {
     let stand_in = StandIn::write(scene, description, plan)?;
-    let (own, _) = Scene::load(&stand_in.description, threads)?;
+    let (own, _) = Scene::load(&stand_in.description.scene, threads, stand_in.description.render.robust)?;
     let (settings, mut taken) = (settings(&stand_in.description, GuidingMethod::None), Vec::new());
     for _ in 0..turns {
         let theirs = program.map(|program| run(program, &stand_in, plan)).transpose()?;

@@ -58,7 +58,7 @@ pub fn run(program: &Path, stand_in: &StandIn, plan: &EmbreePlan) -> Result<Fram
         let number = text.lines().find_map(|line| line.trim().strip_prefix(key)?.trim().parse::<f64>().ok());
         number.filter(|n| *n > 0.0).ok_or_else(|| Error::file(program, format!("it printed no {key}")))
     };
-    let film = &stand_in.description.film;
+    let film = &stand_in.description.scene.film;
     let per_frame = film.width as f64 * film.height as f64 * plan.spp as f64 * 1e-6;
     Ok(Frames {
         msamples_per_second: per_frame * figure("BENCHMARK_RENDER_AVG ")?,
@@ -86,7 +86,7 @@ fn timed(program: &Path, stand_in: &StandIn, plan: &EmbreePlan, frames: u32) -> 
 /// `--legacy` keeps the plain text of figures where the program was built with another library for them.
 fn arguments(stand_in: &StandIn, plan: &EmbreePlan) -> Vec<String> {
     let camera = stand_in.camera();
-    let film = &stand_in.description.film;
+    let film = &stand_in.description.scene.film;
     let vector = |v: glam::Vec3| v.to_array().map(|x| x.to_string());
     let mut arguments = vec!["-i".to_owned(), stand_in.model().display().to_string(), "--pointlight".to_owned()];
     let mut add = |name: &str, values: &[String]| {

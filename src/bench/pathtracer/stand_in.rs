@@ -2,6 +2,7 @@
 
 use super::EmbreePlan;
 use crate::film::Filter;
+use crate::format::SceneFile;
 use crate::guiding::settings::{GuidingMethod, GuidingSettings};
 use crate::integrator::{IntegratorSettings, Roulette};
 use crate::io::atomic::write_atomically;
@@ -33,12 +34,12 @@ const HANGING: f32 = 0.01;
 /// The files, for as long as this lives, and what Phototaxis is told of them.
 pub struct StandIn {
     folder: TempDir,
-    pub description: SceneDescription,
+    pub description: SceneFile,
     pub light: PointLight,
 }
 
 impl StandIn {
-    pub fn write(scene: &Scene, description: &SceneDescription, plan: &EmbreePlan) -> Result<StandIn> {
+    pub fn write(scene: &Scene, description: &SceneFile, plan: &EmbreePlan) -> Result<StandIn> {
         let folder = TempDir::with_prefix("phototaxis-bench-").map_err(Error::io(std::env::temp_dir()))?;
         let model = folder.path().join(MODEL);
         write_atomically(&model, |file| write_model(file, scene.facets()))?;
@@ -55,7 +56,7 @@ impl StandIn {
     }
 
     pub fn camera(&self) -> &CameraDescription {
-        self.description.camera.as_ref().expect("a stand-in is made with its camera")
+        self.description.scene.camera.as_ref().expect("a stand-in is made with its camera")
     }
 }
 
@@ -65,25 +66,28 @@ const GREY: &str = "grey";
 
 fn stand_in(
     scene: &Scene,
-    description: &SceneDescription,
+    description: &SceneFile,
     plan: &EmbreePlan,
     model: PathBuf,
     light: &PointLight,
-) -> SceneDescription {
+) -> SceneFile {
     let (low, high) = scene.bounds();
-    let camera = description.camera.clone().unwrap_or_else(|| Camera::for_bounds(low, high));
-    let mut film = description.film.clone();
+    let camera = description.scene.camera.clone().unwrap_or_else(|| Camera::for_bounds(low, high));
+    let mut film = description.scene.film.clone();
     film.filter = Filter::Box;
-    SceneDescription {
+    let scene = SceneDescription {
         // the program has no mirrored view; turning it changes no ray's cost
         camera: Some(CameraDescription { mirrored: false, ..camera }),
         film,
         meshes: vec![MeshDescription { path: model, transform: Affine3A::IDENTITY, material: None, group: None }],
         lights: vec![LightDescription::Point { position: light.position, intensity: light.intensity }],
+        ..Default::default()
+    };
+    SceneFile {
+        scene,
         integrator: IntegratorSettings { max_depth: plan.depth, roulette: Roulette::None, ..Default::default() },
         guiding: GuidingSettings { method: GuidingMethod::None, ..Default::default() },
         render: RenderSettings { spp: plan.spp * plan.frames, seed: description.render.seed, ..Default::default() },
-        ..Default::default()
     }
 }
 
@@ -107,16 +111,17 @@ fn write_model(file: &mut dyn Write, facets: impl Iterator<Item = [Vec3; 3]>) ->
 }
 
 /// The scene's own point light; else one just off the middle of what emits; else one at the camera.
-fn light(scene: &Scene, description: &SceneDescription) -> PointLight {
+fn light(scene: &Scene, description: &SceneFile) -> PointLight {
     let (low, high) = scene.bounds();
     let radius = 0.5 * (high - low).length();
     let intensity = Vec3::splat(std::f32::consts::PI * 0.25 * radius * radius);
-    let own = description.lights.iter().find_map(|light| match light {
+    let own = description.scene.lights.iter().find_map(|light| match light {
         LightDescription::Point { position, .. } => Some(*position),
         _ => None,
     });
     let emitter = || middle_of_emitters(scene).map(|(p, n)| p + n * (HANGING * radius));
-    let camera = || description.camera.as_ref().map_or_else(|| Camera::for_bounds(low, high).origin, |c| c.origin);
+    let camera =
+        || description.scene.camera.as_ref().map_or_else(|| Camera::for_bounds(low, high).origin, |c| c.origin);
     let (position, origin) = match own {
         Some(position) => (position, "the scene's own"),
         None => emitter().map_or_else(|| (camera(), "at the camera"), |p| (p, "off the middle of the emitters")),

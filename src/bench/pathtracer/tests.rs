@@ -1,6 +1,6 @@
 use super::stand_in::StandIn;
 use super::*;
-use crate::scene::file;
+use crate::format;
 use std::fs;
 
 const SCENE: &str = "[film]\nwidth = 32\nheight = 24\n[[mesh]]\npath = \"room.obj\"\n[render]\nseed = 3\n";
@@ -10,14 +10,14 @@ const ROOM: &str = "mtllib room.mtl\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nuse
     v -0.5 1 -0.5\nv 0.5 1 -0.5\nv 0.5 1 0.5\nv -0.5 1 0.5\nusemtl lamp\nf 5 6 7 8\n";
 const LIBRARY: &str = "newmtl floor\nKd 0.2 0.3 0.4\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n";
 
-fn room(more: &str) -> (SceneDescription, Scene) {
+fn room(more: &str) -> (SceneFile, Scene) {
     let folder = tempfile::tempdir().unwrap();
     let text = format!("{SCENE}{more}");
     for (name, text) in [("scene.toml", &text[..]), ("room.obj", ROOM), ("room.mtl", LIBRARY)] {
         fs::write(folder.path().join(name), text).unwrap();
     }
-    let (description, _) = file::load(&folder.path().join("scene.toml"), &[]).unwrap();
-    let (scene, _) = Scene::load(&description, 1).unwrap();
+    let (description, _) = format::load(&folder.path().join("scene.toml"), &[]).unwrap();
+    let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
     (description, scene)
 }
 
@@ -27,12 +27,12 @@ const PLAN: EmbreePlan = EmbreePlan { spp: 2, frames: 3, depth: 4, albedo: 0.5, 
 fn a_stand_in_has_the_triangles_and_one_light_off_the_lamp() {
     let (description, scene) = room("");
     let stand_in = StandIn::write(&scene, &description, &PLAN).unwrap();
-    let (own, warnings) = Scene::load(&stand_in.description, 1).unwrap();
+    let (own, warnings) = Scene::load(&stand_in.description.scene, 1, stand_in.description.render.robust).unwrap();
     assert_eq!((warnings, own.triangles(), own.bounds()), (Vec::new(), 4, scene.bounds()));
     let p = stand_in.light.position;
     assert!(p.x.abs() < 1e-6 && p.z.abs() < 1e-6 && p.y < 1.0 && p.y > 0.97, "{p}");
     let d = &stand_in.description;
-    assert_eq!((d.render.spp, d.integrator.max_depth, d.film.width), (6, 4, 32));
+    assert_eq!((d.render.spp, d.integrator.max_depth, d.scene.film.width), (6, 4, 32));
     let text = fs::read_to_string(stand_in.model().with_extension("mtl")).unwrap();
     assert!(text.contains("Kd 0.5 0.5 0.5"), "{text}");
     let folder = stand_in.model();

@@ -4,7 +4,7 @@ use super::name;
 use super::output::{Output, Table, written};
 use crate::bench::{self, LoadReport};
 use crate::compare::chart::{Sheet, Stack, stacks};
-use crate::scene::file;
+use crate::format;
 use crate::stats::Median;
 use anyhow::Result;
 use clap::Args;
@@ -25,7 +25,7 @@ pub fn run(arguments: &LoadArguments) -> Result<()> {
     let LoadArguments { model, threads, output } = arguments;
     output.check()?;
     crate::cli::set_threads(*threads)?;
-    let (description, _) = file::load(model, &[])?;
+    let (description, _) = format::load(model, &[])?;
     let report = bench::load(&description, *threads, output.turns())?;
     let intervals = output.intervals();
     output.write("load", model, &[table(&report, &intervals)], &report, chart(&report, &name(model), &intervals))

@@ -5,7 +5,7 @@ use super::{Subject, name};
 use crate::bench::{Mitsuba, MitsubaPlan, MitsubaReport};
 use crate::cli::render::warn;
 use crate::compare::chart::{Sheet, Stack, stacks};
-use crate::scene::file;
+use crate::format;
 use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -35,7 +35,7 @@ pub fn run(arguments: &MitsubaArguments) -> Result<()> {
     }
     let python = arguments.python.as_deref().unwrap_or(Path::new("python3"));
     crate::cli::set_threads(subject.threads)?;
-    let (description, warnings) = file::load(&subject.scene, &subject.set)?;
+    let (description, warnings) = format::load(&subject.scene, &subject.set)?;
     warn(&warnings);
     let plan = MitsubaPlan { spp: arguments.spp, threads: rayon::current_num_threads() };
     let mitsuba = Mitsuba::start(&description, plan, python, arguments.keep.as_deref())?;

@@ -8,8 +8,9 @@ mod rays;
 mod render;
 
 use crate::cli::render::warn;
-use crate::scene::description::SceneDescription;
-use crate::scene::{Scene, file};
+use crate::format;
+use crate::format::SceneFile;
+use crate::scene::Scene;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
@@ -61,10 +62,10 @@ struct Subject {
 
 impl Subject {
     /// The scene, after `first` and what `--set` says; prints its warnings.
-    fn load(&self, first: &[String]) -> Result<(SceneDescription, Scene)> {
+    fn load(&self, first: &[String]) -> Result<(SceneFile, Scene)> {
         crate::cli::set_threads(self.threads)?;
-        let (description, warnings) = file::load(&self.scene, &[first, &self.set].concat())?;
-        let (scene, more) = Scene::load(&description, self.threads)?;
+        let (description, warnings) = format::load(&self.scene, &[first, &self.set].concat())?;
+        let (scene, more) = Scene::load(&description.scene, self.threads, description.render.robust)?;
         warn(&[warnings, more].concat());
         Ok((description, scene))
     }

@@ -99,14 +99,14 @@ fn same(a: &Estimate, b: &Estimate) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::file;
+    use crate::format;
     use std::path::Path;
 
     fn cornell(more: &[&str]) -> (Scene, Settings) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml");
         let set: Vec<String> = ["film.width=32", "film.height=32"].iter().chain(more).map(|s| s.to_string()).collect();
-        let description = file::load(&path, &set).unwrap().0;
-        (Scene::load(&description, 1).unwrap().0, settings(&description))
+        let description = format::load(&path, &set).unwrap().0;
+        (Scene::load(&description.scene, 1, description.render.robust).unwrap().0, settings(&description))
     }
 
     #[test]

@@ -26,7 +26,7 @@ pub fn write(matrix: &mut Matrix, plan: &Plan, stage: &Stage, store: &Store, fol
         let name = entry.name();
         let Some(reference) = store.reference(&name) else { continue };
         let reference = read_rgb(&reference.file(folder))?;
-        let exposure = stage.plain(scene).1.film.exposure;
+        let exposure = stage.plain(scene).1.scene.film.exposure;
         for (index, method) in plan.methods.iter().enumerate() {
             let path = worst_path(folder, plan, scene, index);
             let own = |cell: &&mut super::matrix::MatrixCell| cell.scene == name && cell.method == method.name;

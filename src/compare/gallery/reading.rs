@@ -2,9 +2,7 @@
 
 use super::{Bounds, Check, Gallery, Why};
 use crate::compare::file::{SHARE, number, strings};
-use crate::scene::file::reader::{Bounds as Range, Reader};
-use crate::scene::file::suggest;
-use crate::scene::file::tree::{Fault, Node};
+use crate::format::document::{Bounds as Range, Fault, Node, Reader, suggest};
 
 const FACTOR: Range = Range::new(|x| x >= 1.0, "at least 1");
 

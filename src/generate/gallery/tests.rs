@@ -47,10 +47,10 @@ fn every_row_loads_and_every_scene_is_in_a_row() {
         used.extend(own.map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned()));
         for method in &plan.methods {
             let (description, _) = plan.describe(entry, Some(method)).unwrap();
-            assert_eq!((description.film.width, description.film.height), (64, 48), "{}", entry.name());
+            assert_eq!((description.scene.film.width, description.scene.film.height), (64, 48), "{}", entry.name());
         }
         let (description, _) = plan.describe(entry, None).unwrap();
-        let (scene, _) = Scene::load(&description, 1).unwrap();
+        let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
         assert!(scene.triangles() > 0, "{}", entry.name());
     }
     assert_eq!(used, names().map(str::to_owned).collect());
@@ -59,8 +59,8 @@ fn every_row_loads_and_every_scene_is_in_a_row() {
 #[test]
 fn there_are_ten_thousand_lights() {
     let path = committed().join("many-lights.toml");
-    let (description, _) = crate::scene::file::load(&path, &[]).unwrap();
-    let copies = description.meshes.len() - 1;
+    let (description, _) = crate::format::load(&path, &[]).unwrap();
+    let copies = description.scene.meshes.len() - 1;
     let each = make("many-lights").unwrap().model.objects[0].1.triangles.len();
     assert_eq!(copies * each, 10_000);
 }

@@ -1,13 +1,14 @@
 use super::*;
-use crate::scene::{Scene, file};
+use crate::format;
+use crate::scene::Scene;
 use glam::Vec3;
 
 /// At this number every scene is made in less than a second.
 const FEW: u64 = 100_000;
 
 fn load(folder: &Path, name: &str) -> Scene {
-    let (description, warnings) = file::load(&folder.join(format!("{name}.toml")), &[]).unwrap();
-    let (scene, more) = Scene::load(&description, 0).unwrap();
+    let (description, warnings) = format::load(&folder.join(format!("{name}.toml")), &[]).unwrap();
+    let (scene, more) = Scene::load(&description.scene, 0, description.render.robust).unwrap();
     assert!(warnings.is_empty() && more.is_empty(), "{name}: {warnings:?} {more:?}");
     scene
 }

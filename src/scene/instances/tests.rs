@@ -1,9 +1,10 @@
 //! An instance is what a copy of the mesh in its place would be.
 
 use crate::embree::{Coherence, HitBatch, ShadowBatch};
+use crate::format;
 use crate::geometry::{Hit, Ray, SurfaceInteraction};
 use crate::math::{rng::Rng, warp};
-use crate::scene::{Scene, file};
+use crate::scene::Scene;
 use glam::{Affine3A, Quat, Vec3};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -46,8 +47,8 @@ fn load(folder: &Path, text: &str) -> Scene {
     for (name, text) in [("gem.obj", GEM), ("ring.obj", RING), ("floor.obj", FLOOR), ("gem.mtl", LIBRARY)] {
         std::fs::write(folder.join(name), text).unwrap();
     }
-    let (description, _) = file::parse(text, &folder.join("scene.toml"), &[]).unwrap();
-    let (scene, warnings) = Scene::load(&description, 1).unwrap();
+    let (description, _) = format::parse(text, &folder.join("scene.toml"), &[]).unwrap();
+    let (scene, warnings) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     scene
 }
@@ -207,8 +208,8 @@ fn a_thousand_places_cost_little_more_than_one() {
             let _ = writeln!(text, "[[instance]]\ngroup = 'hill'\ntranslate = [{}, {}, 0]", k % 32, k / 32);
         }
         text += "[[light]]\ntype = 'constant'\nradiance = 1\n";
-        let (description, _) = file::parse(&text, &folder.path().join("scene.toml"), &[]).unwrap();
-        let (scene, _) = Scene::load(&description, 1).unwrap();
+        let (description, _) = format::parse(&text, &folder.path().join("scene.toml"), &[]).unwrap();
+        let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
         assert_eq!(scene.triangles(), places * 10_082);
         (scene.geometry().device().memory(), scene)
     };
@@ -228,8 +229,8 @@ fn empty_groups_are_not_seen_and_places_out_of_reach_are_errors() {
             "[[mesh]]\npath = 'floor.obj'\n[[mesh]]\npath = '{mesh}'\ngroup = 'a'\n[[instance]]\ngroup = 'a'\n{place}\n\
              [[instance]]\ngroup = 'a'\n[[light]]\ntype = 'constant'\nradiance = 1\n"
         );
-        let (description, _) = file::parse(&text, &folder.path().join("scene.toml"), &[]).unwrap();
-        Scene::load(&description, 1).map(|(scene, _)| scene)
+        let (description, _) = format::parse(&text, &folder.path().join("scene.toml"), &[]).unwrap();
+        Scene::load(&description.scene, 1, description.render.robust).map(|(scene, _)| scene)
     };
     assert_eq!(with("none.obj", "").unwrap().triangles(), 2);
     assert_eq!(with("ring.obj", "translate = [1e17, 0, 0]").unwrap().triangles(), 6);

@@ -5,11 +5,13 @@
 pub mod still_life;
 
 use phototaxis::film::accumulate::Estimate;
+use phototaxis::format;
+use phototaxis::format::SceneFile;
 use phototaxis::guiding::settings::GuidingMethod;
 use phototaxis::math::{Rgb, luminance};
 use phototaxis::render::{Rendering, Settings, render};
-use phototaxis::scene::description::{MaterialDescription, SceneDescription};
-use phototaxis::scene::{Scene, file};
+use phototaxis::scene::Scene;
+use phototaxis::scene::description::MaterialDescription;
 use phototaxis::stats::Summary;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -34,16 +36,17 @@ pub fn load(path: &Path, overrides: &[&str]) -> Loaded {
     build(&describe(path, overrides))
 }
 
-pub fn describe(path: &Path, overrides: &[&str]) -> SceneDescription {
+pub fn describe(path: &Path, overrides: &[&str]) -> SceneFile {
     let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
-    file::load(path, &overrides).unwrap_or_else(|error| panic!("{error}")).0
+    format::load(path, &overrides).unwrap_or_else(|error| panic!("{error}")).0
 }
 
 /// Threads of Embree's build: all.
 const ALL: usize = 0;
 
-pub fn build(description: &SceneDescription) -> Loaded {
-    let (scene, _) = Scene::load(description, ALL).unwrap_or_else(|error| panic!("{error}"));
+pub fn build(description: &SceneFile) -> Loaded {
+    let (scene, _) =
+        Scene::load(&description.scene, ALL, description.render.robust).unwrap_or_else(|error| panic!("{error}"));
     let settings = Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),
@@ -76,10 +79,10 @@ pub fn shared_scenes() -> Option<PathBuf> {
 }
 
 /// Scales the emission of the materials named; everything else of a scene stays as it is.
-pub fn scale_emission(description: &mut SceneDescription, scale: f32, emitters: &[(&str, MaterialDescription)]) {
+pub fn scale_emission(description: &mut SceneFile, scale: f32, emitters: &[(&str, MaterialDescription)]) {
     for (name, material) in emitters {
         let scaled = MaterialDescription { emission: material.emission * scale, ..material.clone() };
-        description.materials.insert((*name).into(), scaled);
+        description.scene.materials.insert((*name).into(), scaled);
     }
 }
 

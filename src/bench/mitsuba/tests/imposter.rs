@@ -5,11 +5,11 @@ use super::*;
 /// An interpreter that says `first` and then answers orders by `then`, in which `$picture` is where the picture goes
 /// and `$right` what Phototaxis makes of the room.
 #[cfg(unix)]
-fn imposter(description: &SceneDescription, first: &str, then: &str) -> (TempDir, PathBuf) {
+fn imposter(description: &SceneFile, first: &str, then: &str) -> (TempDir, PathBuf) {
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().unwrap();
     let right = folder.path().join("right.exr");
-    let (scene, _) = Scene::load(description, 1).unwrap();
+    let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
     let mut own = settings(description, GuidingMethod::None);
     own.render.spp = 256;
     let (_, estimate) = Own::render(&scene, &own).unwrap();
@@ -77,11 +77,11 @@ fn another_picture_is_refused() {
     let (_room, mut description) = room("");
     let (folder, python) = imposter(&description, HELLO, RIGHT);
     // what the imposter shows was not seen from here
-    description.camera.as_mut().unwrap().vfov = 55.0;
+    description.scene.camera.as_mut().unwrap().vfov = 55.0;
     let started = Mitsuba::start(&description, PLAN, &python, None).unwrap();
     let error = started.measure(1).unwrap_err().to_string();
     assert!(error.contains("scalar_rgb renders another picture"), "{error}");
-    description.film.width = 40;
+    description.scene.film.width = 40;
     let started = Mitsuba::start(&description, PLAN, &python, None).unwrap();
     let error = started.measure(1).unwrap_err().to_string();
     assert!(error.contains("32 × 24 pixels, not 40 × 24"), "{error}");

@@ -28,7 +28,7 @@ fn camera_film_and_integrator_are_the_scenes() {
         assert!(text.contains(line), "{line} is missing in:\n{text}");
     }
     let d = &translation.description;
-    assert_eq!((d.render.spp, d.guiding.method, d.film.filter), (5, GuidingMethod::None, Filter::Box));
+    assert_eq!((d.render.spp, d.guiding.method, d.scene.film.filter), (5, GuidingMethod::None, Filter::Box));
 }
 
 #[test]
@@ -119,7 +119,7 @@ const MATERIALS: [&str; 12] = [
 ];
 
 /// The room with a sphere of each material in three rows, under these lights.
-fn gallery(lights: &str) -> (TempDir, SceneDescription) {
+fn gallery(lights: &str) -> (TempDir, SceneFile) {
     let mut more = "spp = 1\n".to_owned();
     for (k, material) in MATERIALS.iter().enumerate() {
         let (x, z) = (0.9 * (k % 4) as f32 - 1.35, 0.9 * (k / 4) as f32 - 1.2);
@@ -135,7 +135,7 @@ fn gallery(lights: &str) -> (TempDir, SceneDescription) {
         .collect();
     let (window, layer) = (Window::full(8, 8), Layer::color("", &dots));
     exr::write(&folder.path().join("dots.exr"), &window, vec![layer], &Metadata::default()).unwrap();
-    (description.film.width, description.film.height, description.integrator.max_depth) = (96, 72, 8);
+    (description.scene.film.width, description.scene.film.height, description.integrator.max_depth) = (96, 72, 8);
     (folder, description)
 }
 
@@ -148,7 +148,7 @@ fn python() -> Option<PathBuf> {
     python
 }
 
-fn start(description: &SceneDescription, python: &Path) -> Mitsuba {
+fn start(description: &SceneFile, python: &Path) -> Mitsuba {
     let plan = MitsubaPlan { spp: 128, threads: 2 };
     let started = Mitsuba::start(description, plan, python, None).unwrap();
     assert!(started.missing().is_empty(), "{:?}", started.missing());
@@ -168,7 +168,7 @@ fn every_material_and_light_is_the_same_in_mitsuba() {
     for lights in [far, sky] {
         let (_folder, mut description) = gallery(lights);
         for mirrored in [false, true] {
-            description.camera.as_mut().unwrap().mirrored = mirrored;
+            description.scene.camera.as_mut().unwrap().mirrored = mirrored;
             for m in start(&description, &python).measure(2).unwrap().mitsuba {
                 assert!(m.agreement.worst < NEAR, "{lights}: {m:?}");
             }
@@ -182,8 +182,8 @@ fn one_sphere_of_another_material_is_not_the_same() {
     let (_folder, description) = gallery("");
     let mut started = start(&description, &python);
     let mut other = started.translation.description.clone();
-    other.materials.insert("m8".into(), crate::scene::description::MaterialDescription::default());
-    started.scene = Scene::load(&other, 1).unwrap().0;
+    other.scene.materials.insert("m8".into(), crate::scene::description::MaterialDescription::default());
+    started.scene = Scene::load(&other.scene, 1, other.render.robust).unwrap().0;
     match started.measure(2) {
         Ok(report) => assert!(report.mitsuba.iter().all(|m| m.agreement.worst > NEAR), "{report:?}"),
         Err(error) => assert!(error.to_string().contains("another picture"), "{error}"),

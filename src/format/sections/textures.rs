@@ -1,13 +1,17 @@
 //! Colours and numbers that a picture may replace.
 
-use super::reader::{FINITE, Reader, UNIT};
-use super::tree::{Fault, Node, Value};
+use crate::format::document::{FINITE, Fault, Node, Reader, UNIT, Value};
 use crate::math::Rgb;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 use std::path::Path;
 
 /// A reflectance: a grey number, `[r, g, b]` or `{ texture = … }`, each channel in [0, 1].
-pub(super) fn color(t: &mut Reader, key: &'static str, base: &Path, slot: &mut ColorTexture) -> Result<(), Fault> {
+pub(in crate::format) fn color(
+    t: &mut Reader,
+    key: &'static str,
+    base: &Path,
+    slot: &mut ColorTexture,
+) -> Result<(), Fault> {
     let Some(node) = t.take(key) else { return Ok(()) };
     *slot = match &node.value {
         Value::Table(_) => {
@@ -27,7 +31,7 @@ pub(super) fn color(t: &mut Reader, key: &'static str, base: &Path, slot: &mut C
 }
 
 /// A number in [0, 1] or `{ texture = … }`.
-pub(super) fn scalar(
+pub(in crate::format) fn scalar(
     t: &mut Reader,
     key: &'static str,
     base: &Path,
@@ -52,9 +56,9 @@ pub(super) fn scalar(
 }
 
 /// Which number of a picture counts.
-pub(super) type Channel = fn(ImageTexture) -> ScalarTexture;
+pub(in crate::format) type Channel = fn(ImageTexture) -> ScalarTexture;
 
-pub(super) fn scalar_image(
+pub(in crate::format) fn scalar_image(
     t: &mut Reader,
     current: Option<ImageTexture>,
     channel: &mut Channel,
@@ -74,7 +78,11 @@ fn finish(t: Reader, image: ImageTexture) -> Result<ImageTexture, Fault> {
     t.finish().map(|()| image)
 }
 
-pub(super) fn color_image(t: &mut Reader, current: Option<ImageTexture>, base: &Path) -> Result<ImageTexture, Fault> {
+pub(in crate::format) fn color_image(
+    t: &mut Reader,
+    current: Option<ImageTexture>,
+    base: &Path,
+) -> Result<ImageTexture, Fault> {
     let mut image = image(t, current, base)?;
     t.color("tint", UNIT, &mut image.tint)?;
     Ok(image)

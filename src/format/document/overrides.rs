@@ -4,7 +4,7 @@ use super::tree::{At, Entries, Fault, Node, Value, from_toml};
 use std::collections::btree_map::Entry as Slot;
 
 /// All overrides as one tree; of two for the same key, the later counts.
-pub(super) fn tree(overrides: &[String]) -> Result<Node, Fault> {
+pub(crate) fn overrides_tree(overrides: &[String]) -> Result<Node, Fault> {
     let mut all = Node { at: At::Set(0), value: Value::Table(Entries::new()) };
     for (index, text) in overrides.iter().enumerate() {
         merge(&mut all, one(text, At::Set(index))?);

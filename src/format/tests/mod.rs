@@ -10,7 +10,7 @@ use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 use glam::Vec3;
 use proptest::prelude::*;
 
-pub(super) fn parsed(text: &str, overrides: &[&str]) -> Result<SceneDescription> {
+pub(super) fn parsed(text: &str, overrides: &[&str]) -> Result<SceneFile> {
     let overrides: Vec<String> = overrides.iter().map(|s| s.to_string()).collect();
     parse(text, Path::new("dir/s.toml"), &overrides).map(|(scene, _)| scene)
 }
@@ -66,7 +66,7 @@ seed = 18446744073709551615
 
 #[test]
 fn the_whole_file_is_read() {
-    let scene = parsed(WHOLE, &[]).unwrap();
+    let SceneFile { scene, integrator, guiding, render } = parsed(WHOLE, &[]).unwrap();
     let camera = scene.camera.unwrap();
     assert_eq!((camera.origin, camera.up, camera.vfov), (Vec3::new(0.0, 1.0, 5.0), Vec3::Y, 40.0));
     assert!(camera.mirrored);
@@ -83,14 +83,14 @@ fn the_whole_file_is_read() {
     assert!(to_world.transform_vector3(Vec3::X).abs_diff_eq(-Vec3::Z, 1e-6));
     let (direction, irradiance) = (-Vec3::Y, Rgb::splat(3.0));
     assert_eq!(scene.lights[1], LightDescription::Directional { direction, irradiance });
-    assert_eq!(scene.integrator, IntegratorSettings { max_depth: 4, ..Default::default() });
-    assert_eq!(scene.guiding.memory, 3 << 29);
-    assert_eq!((scene.render.time, scene.render.seed), (Some(2.5), u64::MAX));
+    assert_eq!(integrator, IntegratorSettings { max_depth: 4, ..Default::default() });
+    assert_eq!(guiding.memory, 3 << 29);
+    assert_eq!((render.time, render.seed), (Some(2.5), u64::MAX));
 }
 
 #[test]
 fn the_whole_file_s_materials_are_read() {
-    let scene = parsed(WHOLE, &[]).unwrap();
+    let scene = parsed(WHOLE, &[]).unwrap().scene;
     let floor = &scene.materials["Floor"];
     assert_eq!(floor.opacity, Some(ScalarTexture::Constant(0.5)));
     let BsdfDescription::Plastic { reflectance, alpha, .. } = &floor.bsdf else { panic!() };
@@ -117,12 +117,13 @@ fn overrides_change_what_they_name() {
         "material.Gold={type = 'mirror'}",
         "material.\"a=b c\".type=diffuse",
     ];
-    let (scene, before) = (parsed(WHOLE, &overrides).unwrap(), parsed(WHOLE, &[]).unwrap());
+    let (changed, before) = (parsed(WHOLE, &overrides).unwrap(), parsed(WHOLE, &[]).unwrap());
+    let scene = changed.scene;
     let camera = scene.camera.unwrap();
     assert_eq!((camera.origin, camera.vfov), (Vec3::new(0.0, 2.0, 9.0), 40.0));
-    assert_eq!(scene.film, FilmSettings { width: 641, ..before.film });
-    assert_eq!(scene.integrator, IntegratorSettings { roulette: Roulette::None, ..before.integrator });
-    assert_eq!(scene.guiding, GuidingSettings { memory: 64 << 20, ..before.guiding });
+    assert_eq!(scene.film, FilmSettings { width: 641, ..before.scene.film });
+    assert_eq!(changed.integrator, IntegratorSettings { roulette: Roulette::None, ..before.integrator });
+    assert_eq!(changed.guiding, GuidingSettings { memory: 64 << 20, ..before.guiding });
     let floor = scene.materials["Floor"].clone();
     let BsdfDescription::Plastic { reflectance, alpha, .. } = floor.bsdf else { panic!() };
     let ColorTexture::Image(image) = reflectance else { panic!() };
@@ -130,7 +131,7 @@ fn overrides_change_what_they_name() {
     assert_eq!(floor.opacity, Some(ScalarTexture::Constant(0.5)));
     let BsdfDescription::Conductor { eta_k, .. } = scene.materials["Gold"].bsdf else { panic!() };
     assert_eq!(eta_k, None);
-    assert_eq!(scene.materials["Lamp"], before.materials["Lamp"]);
+    assert_eq!(scene.materials["Lamp"], before.scene.materials["Lamp"]);
     assert_eq!(scene.materials["a=b c"], MaterialDescription::default());
 }
 
@@ -163,9 +164,9 @@ fn overrides_that_are_wrong_name_themselves() {
 
 #[test]
 fn an_obj_alone_is_a_scene() {
-    let (scene, _) = load(Path::new("dir/a.OBJ"), &["render.spp=7".to_string()]).unwrap();
-    assert_eq!(scene.meshes[0].path, Path::new("dir/a.OBJ"));
-    assert_eq!((scene.camera, scene.render.spp), (None, 7));
+    let (file, _) = load(Path::new("dir/a.OBJ"), &["render.spp=7".to_string()]).unwrap();
+    assert_eq!(file.scene.meshes[0].path, Path::new("dir/a.OBJ"));
+    assert_eq!((file.scene.camera, file.render.spp), (None, 7));
     let error = load(Path::new("a.blend"), &[]).unwrap_err().to_string();
     assert_eq!(error, "a.blend: not a scene: its name must end in .toml, .json or .obj");
     let error = parse("", Path::new("s.toml"), &[]).unwrap().1;

@@ -1,16 +1,15 @@
 //! The kinds of scattering: one line in [`KINDS`], its defaults in [`Kind::bsdf`], its keys in [`Kind::read`].
 
-use super::reader::{NOT_NEGATIVE, POSITIVE, Reader, UNIT};
 use super::textures::color;
-use super::tree::Fault;
 use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
+use crate::format::document::{Fault, NOT_NEGATIVE, POSITIVE, Reader, UNIT};
 use crate::math::Rgb;
 use crate::texture::ColorTexture;
 use std::path::Path;
 
 /// A value of a material's `type`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::scene) enum Kind {
+pub(in crate::format) enum Kind {
     Diffuse,
     DiffuseTransmitter,
     Mirror,
@@ -21,7 +20,7 @@ pub(in crate::scene) enum Kind {
     Null,
 }
 
-pub(in crate::scene) const KINDS: &[(&str, Kind)] = &[
+pub(in crate::format) const KINDS: &[(&str, Kind)] = &[
     ("diffuse", Kind::Diffuse),
     ("diffuse_transmitter", Kind::DiffuseTransmitter),
     ("mirror", Kind::Mirror),
@@ -36,7 +35,7 @@ const DISTRIBUTIONS: &[(&str, MicrofacetDistribution)] =
     &[("ggx", MicrofacetDistribution::Ggx), ("beckmann", MicrofacetDistribution::Beckmann)];
 
 /// The types that have a key of this name of their own.
-pub(super) fn kinds_with(key: &str) -> Vec<&'static str> {
+pub(in crate::format) fn kinds_with(key: &str) -> Vec<&'static str> {
     let has = |kind: Kind| {
         let mut probe = Reader::probe();
         let read = kind.read(&mut probe, &mut kind.bsdf(), Path::new(""));

@@ -1,9 +1,8 @@
 //! `[[mesh]]`, `[[instance]]` and `[[light]]`: what stands in the world, and where.
 
-use super::reader::{Bounds, COORDINATE, FINITE, NOT_NEGATIVE, Reader};
 use super::settings::needs;
-use super::suggest::unknown;
-use super::tree::{Fault, Node, Value};
+use crate::format::document::suggest::unknown;
+use crate::format::document::{Bounds, COORDINATE, FINITE, Fault, NOT_NEGATIVE, Node, Reader, Value};
 use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::scene::description::{InstanceDescription, MeshDescription};
@@ -13,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 const SCALE: Bounds = Bounds::new(|x| x != 0.0 && x.abs() <= 1e18, "other than 0 and between -1e18 and 1e18");
 
-pub(super) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescription, Fault> {
+pub(in crate::format) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescription, Fault> {
     let path = t.take("path").map(|n| n.path("path", base)).transpose()?;
     let transform = transform(t)?;
     let material = t.take("material").map(|n| n.string("material").map(String::from)).transpose()?;
@@ -22,7 +21,7 @@ pub(super) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescription, Fault
 }
 
 /// `meshes`: all of the scene, whose groups are the ones there are.
-pub(super) fn instance(t: &mut Reader, meshes: &[MeshDescription]) -> Result<InstanceDescription, Fault> {
+pub(in crate::format) fn instance(t: &mut Reader, meshes: &[MeshDescription]) -> Result<InstanceDescription, Fault> {
     let group = t.take("group");
     let transform = transform(t)?;
     let group = group.ok_or_else(|| t.missing("group"))?;
@@ -69,7 +68,7 @@ fn steps(t: &mut Reader) -> Result<Affine3A, Fault> {
 }
 
 /// Degrees, counter-clockwise when the axis points at the viewer.
-pub(super) fn rotation(t: &mut Reader) -> Result<Quat, Fault> {
+pub(in crate::format) fn rotation(t: &mut Reader) -> Result<Quat, Fault> {
     let (mut axis, mut angle) = (Vec3::ZERO, 0.0);
     t.vector("axis", COORDINATE, &mut axis)?;
     t.number("angle", FINITE, &mut angle)?;
@@ -128,10 +127,10 @@ fn check_regular(t: &Reader, transform: &Affine3A) -> Result<(), Fault> {
 type ReadLight = fn(&mut Reader, &Path) -> Result<LightDescription, Fault>;
 
 /// A light's `type` and what reads its other keys.
-pub(in crate::scene) const LIGHTS: &[(&str, ReadLight)] =
+pub(in crate::format) const LIGHTS: &[(&str, ReadLight)] =
     &[("constant", constant), ("environment", environment), ("point", point), ("directional", directional)];
 
-pub(in crate::scene) fn light(t: &mut Reader, base: &Path) -> Result<LightDescription, Fault> {
+pub(in crate::format) fn light(t: &mut Reader, base: &Path) -> Result<LightDescription, Fault> {
     let read = t.chosen("type", LIGHTS)?.ok_or_else(|| t.missing("type"))?;
     read(t, base)
 }

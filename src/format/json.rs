@@ -3,9 +3,11 @@
 //!
 //! Its tree is brought into the shape of a scene file's and then read by the same code.
 
-use super::file::reader::{COORDINATE, NOT_NEGATIVE, Reader, UNIT};
-use super::file::tree::{At, Entries, Entry, Fault, Node, Value};
-use super::file::{Source, json_tree, materials, settings, whole_file, world};
+use super::SceneFile;
+use super::document::{At, COORDINATE, Entries, Entry, Fault, NOT_NEGATIVE, Node, Reader, Source, UNIT, Value};
+use super::document::{from_json, read_text};
+use super::model::whole_file;
+use super::sections::{materials, settings, world};
 use crate::Result;
 use crate::math::Rgb;
 use crate::scene::description::{CameraDescription, SceneDescription};
@@ -14,15 +16,20 @@ use std::path::Path;
 /// What says where a scene comes from, or again what the OBJ says.
 const DOCUMENTATION: &[&str] = &["name", "source", "licence", "credit", "stats", "notes", "missing_textures"];
 
+pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
+    let (scene, warnings) = parse(&read_text(path)?, path)?;
+    Ok((SceneFile { scene, ..Default::default() }, warnings))
+}
+
 /// Parses the text of a `scene.json`. `path` names it in errors, and paths in it are relative to its folder.
 /// Also returns warnings: fields that mean nothing here, and lights that contradict their material.
 ///
 /// # Errors
 /// [`crate::Error::Parse`] with line and column.
-pub fn parse(text: &str, path: &Path) -> Result<(SceneDescription, Vec<String>)> {
+fn parse(text: &str, path: &Path) -> Result<(SceneDescription, Vec<String>)> {
     let source = Source { path, text, overrides: &[] };
     let mut import = Import { base: source.folder(), scene: SceneDescription::default(), warnings: Vec::new() };
-    json_tree::from_json(text).and_then(|root| import.root(root)).map_err(|fault| source.error(fault))?;
+    from_json(text).and_then(|root| import.root(root)).map_err(|fault| source.error(fault))?;
     Ok((import.scene, import.warnings))
 }
 

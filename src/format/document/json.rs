@@ -4,7 +4,7 @@ use super::tree::{At, Entries, Entry, Fault, Node, Value};
 use serde::de::DeserializeOwned;
 
 /// Parses a JSON text.
-pub(in crate::scene) fn from_json(text: &str) -> Result<Node, Fault> {
+pub(crate) fn from_json(text: &str) -> Result<Node, Fault> {
     // This also bounds the depth of what follows: serde_json refuses more than 128 levels.
     serde_json::from_str::<serde_json::Value>(text).map_err(|e| {
         let line_start: usize = text.split_inclusive('\n').take(e.line().saturating_sub(1)).map(str::len).sum();

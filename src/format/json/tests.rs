@@ -1,9 +1,9 @@
 use super::*;
 use crate::bsdf::BsdfDescription;
 use crate::film::Filter;
+use crate::format::load;
 use crate::light::LightDescription;
 use crate::scene::description::*;
-use crate::scene::file::load;
 use crate::texture::ColorTexture;
 use glam::Vec3;
 use proptest::prelude::*;
@@ -41,7 +41,6 @@ fn camera_and_lights_are_read() {
     assert_eq!((camera.target, camera.vfov), (Vec3::new(0.0, 1.0, 4.0), 30.0));
     assert!(camera.mirrored);
     assert_eq!((scene.film.width, scene.film.height, scene.film.filter), (64, 32, Filter::Box));
-    assert_eq!(scene.integrator.max_depth, 16);
     let LightDescription::Environment { path, .. } = &scene.lights[0] else { panic!() };
     assert_eq!(path, Path::new("dir/sky.exr"));
     assert_eq!(scene.lights[1], LightDescription::Constant { radiance: Rgb::splat(2.0) });
@@ -134,7 +133,8 @@ fn the_shared_scenes_are_read() {
     ];
     for (name, materials, emitting, lights) in expected {
         let path = folder.join(name).join("scene.json");
-        let (scene, warnings) = load(&path, &["film.width=99".to_string()]).unwrap();
+        let (SceneFile { scene, integrator, .. }, warnings) = load(&path, &["film.width=99".to_string()]).unwrap();
+        assert_eq!(integrator.max_depth, 16, "the form says nothing of it");
         assert!(warnings.is_empty(), "{name}: {warnings:?}");
         let emit = scene.materials.values().filter(|m| m.emission != Rgb::ZERO).count();
         assert_eq!((scene.materials.len(), emit, scene.lights.len()), (materials, emitting, lights));

@@ -1,8 +1,7 @@
 //! The sections of settings. A key is one line here (and one row of docs/scene-file.md, which a test asks for).
 
-use super::reader::{Bounds, COORDINATE, NOT_NEGATIVE, Reader, UNIT};
-use super::tree::{At, Fault, Node, Value};
 use crate::film::{Combine, FilmSettings, Filter};
+use crate::format::document::{At, Bounds, COORDINATE, Fault, NOT_NEGATIVE, Node, Reader, UNIT, Value};
 use crate::guiding::settings::{
     DirectionTable, GuideSampling, GuidingMethod, GuidingSettings, LearningRule, Placement, Rate, Updates,
 };
@@ -13,9 +12,9 @@ use glam::Vec3;
 use std::ops::RangeInclusive;
 
 /// Pixels along a side of the film.
-pub(in crate::scene) const SIDE: RangeInclusive<u64> = 1..=65536;
+pub(in crate::format) const SIDE: RangeInclusive<u64> = 1..=65536;
 /// Degrees of a field of view.
-pub(in crate::scene) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
+pub(in crate::format) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
 const STOPS: Bounds = Bounds::new(|x| x.abs() <= 64.0, "between -64 and 64");
 /// Without any share for the BSDF, light that the guide does not know of would be missing.
 const FRACTION: Bounds = Bounds::new(|x| x > 0.0 && x <= 1.0, "greater than 0 and at most 1");
@@ -24,7 +23,7 @@ const ANY: u64 = u32::MAX as u64;
 /// An adaptive guide holds a number for each of its coarse cells, empty ones too.
 const MAX_COARSE: u32 = 128;
 
-pub(super) fn film(t: &mut Reader, film: &mut FilmSettings) -> Result<(), Fault> {
+pub(in crate::format) fn film(t: &mut Reader, film: &mut FilmSettings) -> Result<(), Fault> {
     let filters = [("box", Filter::Box), ("tent", Filter::Tent), ("gaussian", Filter::Gaussian)];
     t.integer("width", SIDE, &mut film.width)?;
     t.integer("height", SIDE, &mut film.height)?;
@@ -32,7 +31,7 @@ pub(super) fn film(t: &mut Reader, film: &mut FilmSettings) -> Result<(), Fault>
     t.number("exposure", STOPS, &mut film.exposure)
 }
 
-pub(super) fn integrator(t: &mut Reader, s: &mut IntegratorSettings) -> Result<(), Fault> {
+pub(in crate::format) fn integrator(t: &mut Reader, s: &mut IntegratorSettings) -> Result<(), Fault> {
     let roulettes = [("guided", Roulette::Guided), ("throughput", Roulette::Throughput), ("none", Roulette::None)];
     t.integer("max_depth", 1..=ANY, &mut s.max_depth)?;
     t.flag("next_event", &mut s.next_event)?;
@@ -42,7 +41,7 @@ pub(super) fn integrator(t: &mut Reader, s: &mut IntegratorSettings) -> Result<(
     t.number("max_split", AT_LEAST_ONE, &mut s.max_split)
 }
 
-pub(super) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
+pub(in crate::format) fn guiding(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
     let tables = [
         ("tree", DirectionTable::Tree),
         ("hemisphere", DirectionTable::Hemisphere),
@@ -122,7 +121,7 @@ fn learning(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
     t.choice("updates", &updates, &mut s.updates)
 }
 
-pub(super) fn render(t: &mut Reader, s: &mut RenderSettings) -> Result<(), Fault> {
+pub(in crate::format) fn render(t: &mut Reader, s: &mut RenderSettings) -> Result<(), Fault> {
     let combines = [("inverse-variance", Combine::InverseVariance), ("all", Combine::All), ("last", Combine::Last)];
     t.integer("spp", 1..=ANY, &mut s.spp)?;
     seconds(t, "time", &mut s.time)?;
@@ -133,7 +132,7 @@ pub(super) fn render(t: &mut Reader, s: &mut RenderSettings) -> Result<(), Fault
 }
 
 /// `None` before means that the section places a camera, else it changes the one there is.
-pub(super) fn camera(t: &mut Reader, camera: &mut Option<CameraDescription>) -> Result<(), Fault> {
+pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescription>) -> Result<(), Fault> {
     let mut c = camera.clone().unwrap_or_else(camera_facing_up);
     t.vector("origin", COORDINATE, &mut c.origin)?;
     t.vector("target", COORDINATE, &mut c.target)?;
@@ -149,18 +148,18 @@ pub(super) fn camera(t: &mut Reader, camera: &mut Option<CameraDescription>) -> 
 }
 
 /// What a camera has before its keys are read; that `origin` and `target` are given is checked after.
-pub(in crate::scene) fn camera_facing_up() -> CameraDescription {
+pub(in crate::format) fn camera_facing_up() -> CameraDescription {
     let (origin, target, up) = (Vec3::ZERO, Vec3::ZERO, Vec3::Y);
     CameraDescription { origin, target, up, vfov: 45.0, mirrored: false }
 }
 
 /// That all of `keys`, which were asked for, were there.
-pub(in crate::scene) fn needs(t: &Reader, keys: &[&str]) -> Result<(), Fault> {
+pub(in crate::format) fn needs(t: &Reader, keys: &[&str]) -> Result<(), Fault> {
     keys.iter().find(|k| !t.has(k)).map_or(Ok(()), |k| Err(t.missing(k)))
 }
 
 /// That the three vectors span a frame.
-pub(in crate::scene) fn check_camera(t: &Reader, c: &CameraDescription) -> Result<(), Fault> {
+pub(in crate::format) fn check_camera(t: &Reader, c: &CameraDescription) -> Result<(), Fault> {
     let view = c.target.as_dvec3() - c.origin.as_dvec3();
     if view.length() == 0.0 {
         let at = t.place(&["target", "origin"]);
@@ -229,7 +228,7 @@ fn bytes(text: &str) -> Option<u64> {
 }
 
 /// Reads the section `key` of `root`, if it is there, and refuses what `read` has not asked for.
-pub(super) fn section(
+pub(in crate::format) fn section(
     root: &mut Reader,
     key: &'static str,
     read: impl FnOnce(&mut Reader) -> Result<(), Fault>,

@@ -1,16 +1,15 @@
 //! `[material.NAME]`: what every material has. The kinds of scattering are in [`super::scattering`].
 
-use super::reader::{NOT_NEGATIVE, Reader};
 use super::scattering::{KINDS, Kind, kinds_with};
-use super::suggest::{list, nearest};
 use super::textures::scalar;
-use super::tree::{At, Entry, Fault, Node};
+use crate::format::document::suggest::{list, nearest};
+use crate::format::document::{At, Entry, Fault, NOT_NEGATIVE, Node, Reader};
 use crate::scene::description::MaterialDescription;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Reads `[material]`: new materials, and changes to those that are in `materials` already.
-pub(super) fn materials(
+pub(in crate::format) fn materials(
     node: Node,
     base: &Path,
     materials: &mut BTreeMap<String, MaterialDescription>,
@@ -29,7 +28,7 @@ pub(super) fn materials(
 
 /// A material's keys, up to `finish`. `None`: there is neither a `type` nor a `current` material to change.
 /// A `type` that is given starts from that type's defaults.
-pub(in crate::scene) fn material(
+pub(in crate::format) fn material(
     t: &mut Reader,
     current: Option<&MaterialDescription>,
     base: &Path,

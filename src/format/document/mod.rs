@@ -1,0 +1,15 @@
+//! Documents before they mean anything: text of TOML or JSON becomes a tree of values with their places, and a [`Reader`]
+//! takes keys from its tables and refuses what is wrong at its place.
+
+mod json;
+mod overrides;
+mod reader;
+mod source;
+pub(crate) mod suggest;
+mod tree;
+
+pub(crate) use json::from_json;
+pub(crate) use overrides::overrides_tree;
+pub(crate) use reader::{Bounds, COORDINATE, FINITE, NOT_NEGATIVE, POSITIVE, Reader, UNIT};
+pub(crate) use source::{Source, line_and_column, read_text};
+pub(crate) use tree::{At, Entries, Entry, Fault, Node, Value, from_toml};

@@ -1,0 +1,52 @@
+//! The text that a document is read from, and where faults in it are.
+
+use super::{At, Fault};
+use crate::{Error, Result};
+use std::path::Path;
+
+/// A file's text, without the mark that some editors put before UTF-8.
+pub(crate) fn read_text(path: &Path) -> Result<String> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let (line, column) = line_and_column(e.as_bytes(), e.utf8_error().valid_up_to());
+        Error::parse(path, line, column, "this byte is not UTF-8")
+    })?;
+    Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+/// What faults' places refer to.
+pub(crate) struct Source<'a> {
+    pub path: &'a Path,
+    pub text: &'a str,
+    pub overrides: &'a [String],
+}
+
+impl Source<'_> {
+    /// What paths in the file are relative to.
+    pub fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    pub fn error(&self, fault: Fault) -> Error {
+        match fault.at {
+            At::Text(offset) => {
+                let (line, column) = line_and_column(self.text.as_bytes(), offset);
+                Error::parse(self.path, line, column, fault.message)
+            }
+            At::Set(index) => {
+                let text = self.overrides.get(index).map_or("", String::as_str);
+                Error::Override { index, text: text.to_string(), message: fault.message }
+            }
+        }
+    }
+}
+
+/// Both from 1; columns count characters.
+pub(crate) fn line_and_column(text: &[u8], offset: usize) -> (usize, usize) {
+    let before = &text[..offset.min(text.len())];
+    let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
+    let line = before.iter().filter(|b| **b == b'\n').count() + 1;
+    // Bytes that continue a UTF-8 character are no columns of their own.
+    let column = before[line_start..].iter().filter(|b| **b & 0xC0 != 0x80).count() + 1;
+    (line, column)
+}

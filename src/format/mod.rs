@@ -1,0 +1,95 @@
+//! Scenes in files: TOML (described in docs/scene-file.md), the interchange form `scene.json`, or a model alone. Each
+//! format is one reader, in [`READERS`].
+
+pub(crate) mod document;
+pub(crate) mod json;
+mod model;
+mod sections;
+#[cfg(test)]
+mod tests;
+mod toml;
+
+use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
+use crate::integrator::{IntegratorSettings, Roulette};
+use crate::render::{Order, RenderSettings};
+use crate::scene::description::SceneDescription;
+use crate::{Error, Result};
+use document::{Node, Reader, Source, overrides_tree};
+use std::path::Path;
+
+/// What a file says of a scene and of how it is to be rendered.
+#[derive(Clone, Debug, Default)]
+pub struct SceneFile {
+    pub scene: SceneDescription,
+    pub integrator: IntegratorSettings,
+    pub guiding: GuidingSettings,
+    pub render: RenderSettings,
+}
+
+/// Reads a file of one format; also returns warnings.
+type Read = fn(&Path) -> Result<(SceneFile, Vec<String>)>;
+
+/// The formats, by the end of a file's name.
+const READERS: &[(&str, Read)] = &[("toml", toml::read), ("json", json::read), ("obj", model::read)];
+
+/// Reads a scene, by a reader for the end of the file's name. `overrides` are `key=value` as of `--set`, over what the file
+/// says. Also returns warnings.
+///
+/// # Errors
+/// [`Error::Parse`] with line and column for faults in the file, [`Error::Override`] for faults in
+/// those, [`Error::Io`] and [`Error::File`] for a file that cannot be read or is of another kind.
+pub fn load(path: &Path, overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let Some((_, read)) = READERS.iter().find(|(end, _)| *end == extension) else {
+        return Err(Error::file(path, "not a scene: its name must end in .toml, .json or .obj"));
+    };
+    let (mut file, warnings) = read(path)?;
+    apply_overrides(&mut file, path, overrides)?;
+    Ok((file, warnings))
+}
+
+/// Parses the text of a TOML scene file. `path` names it in errors, and paths in it are relative to its folder.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
+    let (mut file, warnings) = toml::parse(text, path)?;
+    apply_overrides(&mut file, path, overrides)?;
+    Ok((file, warnings))
+}
+
+fn apply_overrides(file: &mut SceneFile, path: &Path, overrides: &[String]) -> Result<()> {
+    let source = Source { path, text: "", overrides };
+    let apply = |root: Node| {
+        let mut root = Reader::new("--set", root)?;
+        sections::read(&mut root, source.folder(), file)?;
+        root.finish()
+    };
+    overrides_tree(overrides).and_then(apply).map_err(|fault| source.error(fault))?;
+    check_order(file, path)
+}
+
+/// That settings of several sections go together, once all of them have been read.
+fn check_order(file: &SceneFile, path: &Path) -> Result<()> {
+    if file.render.order != Order::Blocks {
+        return Ok(());
+    }
+    let (guiding, guided) = (&file.guiding, file.guiding.method != GuidingMethod::None);
+    let refined = guiding.method != GuidingMethod::Grid || guiding.table == DirectionTable::Tree;
+    let wants = [
+        (file.render.time.is_some(), "a number of samples and no time: a block has all of its samples before the next"),
+        (guided && guiding.updates == Updates::Frozen, "guiding.updates = \"online\": it is one iteration"),
+        (
+            guided && refined,
+            "guiding.method = \"grid\" with a table of strata: other states and trees are made between iterations",
+        ),
+        (
+            guided && file.integrator.roulette == Roulette::Guided,
+            "another integrator.roulette than \"guided\", which goes by the picture of an earlier iteration",
+        ),
+    ];
+    match wants.into_iter().find(|(wanted, _)| *wanted) {
+        Some((_, what)) => Err(Error::file(path, format!("render.order = \"blocks\" needs {what}"))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,56 @@
+//! Scene files in TOML, as docs/scene-file.md describes them.
+
+use super::SceneFile;
+use super::document::{At, Fault, Node, Reader, Source, from_toml, read_text};
+use super::sections::{self, world};
+use crate::Result;
+use crate::scene::description::SceneDescription;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
+    parse(&read_text(path)?, path)
+}
+
+/// Parses a scene file's text. `path` names it in errors, and paths in it are relative to its folder.
+pub(super) fn parse(text: &str, path: &Path) -> Result<(SceneFile, Vec<String>)> {
+    let source = Source { path, text, overrides: &[] };
+    let mut file = SceneFile::default();
+    from_toml(text, &At::Text)
+        .and_then(|root| whole(root, source.folder(), &mut file))
+        .map_err(|fault| source.error(fault))?;
+    let nothing = "the scene has no [[mesh]]: only its background will be seen";
+    let empty = file.scene.meshes.is_empty().then(|| nothing.to_string());
+    let warnings = empty.into_iter().chain(groups_without_instance(&file.scene)).collect();
+    Ok((file, warnings))
+}
+
+fn groups_without_instance(scene: &SceneDescription) -> Vec<String> {
+    let seen: BTreeSet<&str> = scene.instances.iter().map(|instance| instance.group.as_str()).collect();
+    let groups: BTreeSet<&str> = scene.meshes.iter().filter_map(|mesh| mesh.group.as_deref()).collect();
+    let warning = |group| format!("the group `{group}` has no [[instance]] and will not be seen");
+    groups.difference(&seen).map(warning).collect::<Vec<_>>()
+}
+
+/// A whole file's tree.
+fn whole(root: Node, base: &Path, file: &mut SceneFile) -> Result<(), Fault> {
+    let mut root = Reader::new("the scene file", root)?;
+    sections::read(&mut root, base, file)?;
+    let scene = &mut file.scene;
+    for node in root.take("mesh").map_or(Ok(vec![]), |n| n.tables("mesh"))? {
+        let mut t = Reader::new("[[mesh]]", node)?;
+        scene.meshes.push(world::mesh(&mut t, base)?);
+        t.finish()?;
+    }
+    for node in root.take("instance").map_or(Ok(vec![]), |n| n.tables("instance"))? {
+        let mut t = Reader::new("[[instance]]", node)?;
+        scene.instances.push(world::instance(&mut t, &scene.meshes)?);
+        t.finish()?;
+    }
+    for node in root.take("light").map_or(Ok(vec![]), |n| n.tables("light"))? {
+        let mut t = Reader::new("[[light]]", node)?;
+        scene.lights.push(world::light(&mut t, base)?);
+        t.finish()?;
+    }
+    root.finish()
+}
