@@ -3,23 +3,30 @@
 //! # Data flow
 //!
 //! ```text
-//! argv ─ cli ─► scene file / OBJ ─► Scene ─► embree scene
-//!                                    │
-//!      render: iterations × tiles ◄──┘     (budget, seeds, progress)
+//! argv ─ cli ─► format: a scene file or OBJ ─► SceneFile ─► Scene ─► embree scene
+//!                                               │
+//!      render: iterations × tiles ◄─────────────┘     (budget, seeds, progress)
 //!         │  one tile = a batch of paths, advanced bounce by bounce in packets
 //!         ▼
 //!      integrator ── position, facing normal ──► guiding: state → directional distribution
 //!         │   ▲  └─ transitions ───────────────► recorder (owned by the tile)
 //!         │   └── bsdf, light, mixture (BSDF + guide: the one place where both sampling and pdf live)
 //!         ▼
-//!      film ─► EXR / PNG      inspect: a guide that has learnt, against what is traced
+//!      film ─► image: EXR / PNG      inspect: a guide that has learnt, against what is traced
 //!                             compare: whole renders by several methods, in turns
 //! ```
 //!
+//! # Layers
+//!
+//! Folders use only those before them in this list, and a test (`tests/all/layers.rs`) keeps it so:
+//! [`simd`], [`io`], [`math`], [`stats`] · [`geometry`], [`embree`] · [`image`], [`texture`], [`film`] · [`bsdf`], [`light`] ·
+//! [`guiding`] · [`scene`] · [`integrator`] · [`render`] · [`format`] · [`inspect`], [`generate`], [`compare`], [`bench`],
+//! [`paper`] · [`cli`].
+//!
 //! # Invariants
 //!
-//! 1. [`embree`] knows triangles and ids, never materials. [`guiding`] never imports [`integrator`], [`bsdf`] or
-//!    [`embree`]: it sees positions, normals and directions. Nothing outside [`cli`] prints or exits.
+//! 1. [`embree`] knows triangles and ids, never materials. [`guiding`] needs [`math`] and [`simd`] alone: it sees
+//!    positions, normals and directions. Nothing outside [`cli`] prints or exits. `unsafe` is in [`embree`] and [`simd`].
 //! 2. The guide is frozen during an iteration. Sampling and pdf read one snapshot, so MIS weights are exact and every
 //!    iteration is an unbiased estimate. Learning takes `&mut self` between rounds, and changes no snapshot.
 //! 3. The same scene, seed and sample budget give the same image, bit for bit, with any number of threads: what the

@@ -3,12 +3,12 @@
 use super::report::{Context, Report};
 use crate::film::accumulate::Estimate;
 use crate::format::SceneFile;
-use crate::guiding::file as guide_file;
 use crate::image::exr::{self, Attribute, Metadata, Window};
 use crate::image::{Image, Layer, png};
 use crate::inspect::Layers;
 use crate::io::atomic::write_atomically;
 use crate::render::Rendering;
+use crate::render::guide_file;
 use anyhow::{Context as _, Result, bail};
 use std::collections::BTreeMap;
 use std::io::Write;

@@ -1,9 +1,9 @@
 //! The figures of a render, for people and for programs.
 
-use crate::guiding::file::Subject;
 use crate::guiding::settings::GuidingMethod;
 use crate::inspect::Layers;
 use crate::integrator::Counters;
+use crate::render::guide_file::Subject;
 use crate::render::{IterationReport, Reason, Rendering, Trial, Verdict};
 use crate::scene::Scene;
 use serde::Serialize;

@@ -1,9 +1,12 @@
-//! Embree behind a safe wrapper: the only `unsafe` code of the crate.
+//! Embree behind a safe wrapper.
 //!
 //! It knows triangles and ids, never materials: what a hit means is the caller's business. One source serves
 //! Embree 3.13 and 4 (`compat`); the declarations are made by the build script from the installed headers, so
 //! the struct layouts are always those of the library that is linked.
-#![allow(unsafe_code, reason = "the foreign function interface to Embree lives here, and nowhere else")]
+#![allow(
+    unsafe_code,
+    reason = "the foreign function interface to Embree; vector intrinsics in `simd` are the crate's only other unsafe code"
+)]
 
 mod batch;
 mod compat;

@@ -1,7 +1,8 @@
 //! What is known of the point where a ray met a surface.
 
-use super::{Frame, Mesh, Placement};
+use super::{Mesh, Placement};
 use crate::geometry::Hit;
+use crate::math::Frame;
 use crate::simd::normalize_or;
 use glam::Vec3;
 

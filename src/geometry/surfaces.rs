@@ -1,8 +1,9 @@
 //! Surface points of a packet's rays, found side by side.
 
 use super::interaction::{Facet, corner_normals};
-use super::{Frame, Mesh, Placement, SurfaceInteraction};
+use super::{Mesh, Placement, SurfaceInteraction};
 use crate::geometry::{Hit, HitRows};
+use crate::math::Frame;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each};
 use glam::Vec3;
 

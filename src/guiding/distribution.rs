@@ -4,8 +4,8 @@ use super::field::WHOLE;
 use super::sdtree::Quadtree;
 use super::strata::Strata;
 use super::tree::{self, LeafIndex, Node};
-use crate::geometry::Frame;
 use crate::guiding::settings::GuideSampling;
+use crate::math::Frame;
 use crate::math::ONE_MINUS_EPSILON;
 use glam::Vec3;
 

@@ -3,7 +3,7 @@
 use super::GuidingDistribution;
 use super::distribution::Directions;
 use super::tree::{self, Node};
-use crate::geometry::Frame;
+use crate::math::Frame;
 use crate::math::warp;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, mask};
 use glam::Vec3;

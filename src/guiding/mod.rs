@@ -9,7 +9,6 @@
 mod direction;
 mod distribution;
 mod field;
-pub mod file;
 mod lanes;
 pub mod learner;
 mod leaves;
@@ -38,6 +37,7 @@ pub use lanes::GuideLanes;
 pub use lesson::Lesson;
 pub use recorder::{Recorder, Transition};
 pub use states::StateKey;
+pub use stored::Stored;
 pub use survey::{Decade, Survey};
 pub use tree::Node;
 pub use view::StateView;

@@ -14,13 +14,13 @@ use std::sync::Arc;
 
 /// What a guide has learnt, by the kind of guide. Variants are told apart by their order: new ones come last.
 #[derive(Serialize, Deserialize)]
-pub(super) enum Stored<'g> {
+pub enum Stored<'g> {
     Tables(StoredTables<'g>),
     Leaves(StoredLeaves<'g>),
 }
 
 #[derive(Serialize, Deserialize)]
-pub(super) struct StoredTables<'g> {
+pub struct StoredTables<'g> {
     /// How often each coarse cell of an adaptive grid was halved; of others nothing.
     levels: Cow<'g, [u8]>,
     /// Of Voronoi states, by state; of others nothing.
@@ -31,13 +31,13 @@ pub(super) struct StoredTables<'g> {
 }
 
 #[derive(Serialize, Deserialize)]
-pub(super) struct StoredLeaves<'g> {
+pub struct StoredLeaves<'g> {
     tree: StoredTree<'g>,
     returns: Cow<'g, [Returns]>,
 }
 
 impl Guide {
-    pub(super) fn stored(&self) -> Stored<'_> {
+    pub fn stored(&self) -> Stored<'_> {
         match &self.kind {
             Kind::Tables(tables) => Stored::Tables(tables.stored()),
             Kind::Leaves(leaves) => Stored::Leaves(leaves.stored()),
@@ -49,7 +49,7 @@ impl Guide {
     ///
     /// # Errors
     /// Where that is not what such a guide can have learnt, or is more than its memory holds.
-    pub(super) fn restore(&mut self, stored: Stored) -> Result<(), String> {
+    pub fn restore(&mut self, stored: Stored) -> Result<(), String> {
         match (&mut self.kind, stored) {
             (Kind::Tables(tables), Stored::Tables(stored)) => tables.restore(stored),
             (Kind::Leaves(leaves), Stored::Leaves(stored)) => leaves.restore(stored),

@@ -8,7 +8,7 @@ use super::rows::estimates;
 use super::sdtree::Quadtree;
 use super::states::StateKey;
 use super::tables::Tables;
-use crate::geometry::Frame;
+use crate::math::Frame;
 use glam::Vec3;
 use std::f32::consts::PI;
 

@@ -1,7 +1,7 @@
 //! Functions of direction as pictures.
 
-use crate::geometry::Frame;
 use crate::image::Image;
+use crate::math::Frame;
 use crate::math::Rgb;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};

@@ -1,11 +1,12 @@
 //! Radiance that arrives at a point, as the guide has learnt it and as it is.
 
 use super::Seen;
-use crate::geometry::{Frame, Ray};
+use crate::geometry::Ray;
 use crate::guiding::{Guide, StateView};
 use crate::integrator::mixture::Mixture;
 use crate::integrator::path::Start;
 use crate::integrator::{Batch, IntegratorSettings, PathIntegrator};
+use crate::math::Frame;
 use crate::math::{luminance, rng::Rng, warp};
 use crate::scene::Scene;
 use glam::Vec3;

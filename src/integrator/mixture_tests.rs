@@ -44,7 +44,7 @@ fn coated() -> BsdfModel {
 
 /// A point on a flat triangle with normal `n`, seen from `wo`.
 fn surface(n: Vec3, wo: Vec3) -> SurfaceInteraction {
-    let frame = crate::geometry::Frame::from_normal(n);
+    let frame = crate::math::Frame::from_normal(n);
     let corners = [Vec3::ZERO, frame.s, frame.t];
     let mesh = Mesh {
         positions: corners.map(|p| p.to_array()).to_vec(),
@@ -105,7 +105,7 @@ impl Vertex {
     fn random(table: DirectionTable, rng: &mut Rng) -> Vertex {
         let n = warp::square_to_uniform_sphere(rng.f32x2());
         let local = warp::square_to_cosine_hemisphere(rng.f32x2());
-        let wo_world = crate::geometry::Frame::from_normal(n).to_world(local);
+        let wo_world = crate::math::Frame::from_normal(n).to_world(local);
         let si = surface(n, wo_world);
         let (guide, summary) = learnt(&si, table, rng);
         Vertex { wo: si.frame.to_local(wo_world), si, guide, summary }
@@ -146,7 +146,7 @@ fn directions_follow_the_density_of_the_whole_mixture() {
             assert!(mixture.guide.is_some());
             let report = vertex.chi2(&mixture, &mut rng, |wi| wi);
             assert!(report.passes(level), "{name}, {table:?}, BSDF share {fraction}: {report}");
-            let turned = crate::geometry::Frame::from_normal(Vec3::new(0.1, 0.05, 0.99).normalize());
+            let turned = crate::math::Frame::from_normal(Vec3::new(0.1, 0.05, 0.99).normalize());
             let wrong = vertex.chi2(&mixture, &mut rng, |wi| turned.to_world(wi));
             assert!(!wrong.passes(1e-6), "{name}, {table:?}, BSDF share {fraction}: turned, and unseen: {wrong}");
         }

@@ -1,8 +1,11 @@
 //! Numbers: colours, warps from the unit square, random numbers, discrete distributions, numbers side by side.
 
 pub mod alias;
+mod frame;
 pub mod rng;
 pub mod warp;
+
+pub use frame::Frame;
 
 use glam::Vec3;
 

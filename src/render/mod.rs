@@ -4,6 +4,7 @@ mod blocks;
 mod cost;
 mod driver;
 mod efficiency;
+pub mod guide_file;
 mod judging;
 mod noise;
 mod outlook;
@@ -18,12 +19,12 @@ pub use verdict::{Reason, Trial, Verdict};
 
 use crate::film::accumulate::Estimate;
 use crate::guiding::Guide;
-use crate::guiding::file::Trained;
 use crate::guiding::settings::GuidingSettings;
 use crate::integrator::probe::Watch;
 use crate::integrator::{Counters, IntegratorSettings};
 use crate::scene::Scene;
 use driver::Driver;
+use guide_file::Trained;
 
 /// What to render with.
 #[derive(Clone, Debug, Default)]

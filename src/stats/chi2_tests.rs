@@ -1,5 +1,5 @@
 use super::*;
-use crate::geometry::Frame;
+use crate::math::Frame;
 use crate::math::rng::Rng;
 use crate::math::warp::*;
 

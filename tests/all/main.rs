@@ -7,6 +7,7 @@ mod common;
 mod convergence;
 mod determinism;
 mod instances;
+mod layers;
 mod paper;
 mod persistence;
 mod references;

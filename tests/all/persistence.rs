@@ -2,13 +2,13 @@
 
 use glam::Vec3;
 use phototaxis::format;
-use phototaxis::guiding::file::{self, Subject, Trained};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use phototaxis::guiding::{Guide, PackedDirection, Recorder, Transition};
 use phototaxis::image::Image;
 use phototaxis::image::metrics::compare;
 use phototaxis::integrator::IntegratorSettings;
 use phototaxis::math::{rng::Rng, warp};
+use phototaxis::render::guide_file::{self, Subject, Trained};
 use phototaxis::render::{Keeping, Rendering, Settings, render_keeping};
 use phototaxis::scene::Scene;
 use std::path::Path;
@@ -91,7 +91,7 @@ fn seen(guide: &Guide) -> Vec<Option<Vec<u32>>> {
 }
 
 fn read(path: &Path, settings: &GuidingSettings) -> phototaxis::Result<Trained> {
-    file::read(path, &subject(settings), settings, BOUNDS)
+    guide_file::read(path, &subject(settings), settings, BOUNDS)
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn what_was_learnt_comes_back_and_goes_on_alike() {
     let path = folder.path().join("a.guide");
     for settings in kinds() {
         let mut before = learnt(&settings);
-        file::write(&path, &before, &subject(&settings), 77).unwrap();
+        guide_file::write(&path, &before, &subject(&settings), 77).unwrap();
         let Trained { guide: mut after, paths, .. } = read(&path, &settings).unwrap();
         assert_eq!((paths, before.survey()), (77, after.survey()));
         assert!(seen(&before).iter().flatten().count() > 400, "the guide knows most of the floor");
@@ -128,7 +128,7 @@ fn no_damage_goes_unnoticed_or_panics() {
     let mut guide = Guide::new(&settings, BOUNDS, std::iter::empty()).unwrap();
     teach(&mut guide, 100, &mut Rng::new(1));
     guide.end_iteration(1);
-    file::write(&path, &guide, &subject(&settings), 1).unwrap();
+    guide_file::write(&path, &guide, &subject(&settings), 1).unwrap();
     let whole = std::fs::read(&path).unwrap();
     assert!(read(&path, &settings).is_ok() && whole.len() < 20_000, "{} bytes", whole.len());
     let refused = |bytes: &[u8]| {
@@ -154,7 +154,7 @@ fn forged_files_do_no_harm() {
         let mut guide = Guide::new(&settings, BOUNDS, std::iter::empty()).unwrap();
         teach(&mut guide, 400, &mut Rng::new(1));
         guide.end_iteration(1);
-        file::write(&path, &guide, &subject(&settings), 1).unwrap();
+        guide_file::write(&path, &guide, &subject(&settings), 1).unwrap();
         let whole = std::fs::read(&path).unwrap();
         let mut rng = Rng::new(4);
         let mut refused = 0;
@@ -192,7 +192,7 @@ fn the_format_is_that_of_version_2() {
     let visit = Transition { key, wi, normal: wi, target: 2.0, pdf, bsdf_pdf, guide_pdf, scattered: 0.5, rays: 1.0 };
     recorder.push(visit);
     guide.learn(&[&recorder]);
-    file::write(&path, &guide, &subject(&settings), 300).unwrap();
+    guide_file::write(&path, &guide, &subject(&settings), 300).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     assert_eq!(bytes[..12], *b"PTXGUIDE\x02\0\0\0");
     assert_eq!((bytes.len(), crc32fast::hash(&bytes[..bytes.len() - 4])), (469, 250_863_575));
@@ -219,7 +219,7 @@ fn error(scene: &(Scene, Settings, Subject), guide: Option<&Path>, reference: &I
     let one = |seed: u64| {
         let mut settings = scene.1.clone();
         settings.render.seed = seed;
-        let from = guide.map(|path| file::read(path, &scene.2, &settings.guiding, scene.0.bounds()).unwrap());
+        let from = guide.map(|path| guide_file::read(path, &scene.2, &settings.guiding, scene.0.bounds()).unwrap());
         let keeping = Keeping { from, keep: false };
         picture(&render_keeping(&scene.0, &settings, keeping, &mut |_| true))
     };
@@ -241,7 +241,7 @@ fn a_trained_guide_has_a_lower_error_at_equal_samples() {
     let roulette = "integrator.roulette=throughput";
     let long = scene(&["render.spp=256", roulette]);
     let taught = rendered(&long, None, true);
-    file::write(&path, taught.guide.as_ref().unwrap(), &long.2, taught.learnt_paths).unwrap();
+    guide_file::write(&path, taught.guide.as_ref().unwrap(), &long.2, taught.learnt_paths).unwrap();
     for camera in ["camera.vfov=40", "camera.origin=[1.2, 1.3, 3.6]"] {
         let truth = scene(&["render.spp=1024", "render.seed=9", camera, roulette]);
         let reference = picture(&rendered(&truth, None, false));

@@ -8,7 +8,7 @@ pub use grid::Grid;
 
 use super::lanes::whole;
 use super::voronoi::Voronoi;
-use crate::geometry::Frame;
+use crate::math::Frame;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! Where the cells of a tree lie in the hemisphere's square.
 
 use super::{DEPTH, SIDE};
-use crate::geometry::Frame;
 use crate::guiding::lanes::whole;
+use crate::math::Frame;
 use crate::math::warp;
 use crate::simd::{LANES, Mask, Vec3Lanes, mask};
 use glam::Vec3;

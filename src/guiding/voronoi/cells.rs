@@ -9,7 +9,7 @@
 
 use super::agreement::{Bin, Bins, agree, bin};
 use super::kdtree::Tree;
-use crate::geometry::Frame;
+use crate::math::Frame;
 use crate::math::rng::mix;
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;

@@ -17,7 +17,7 @@ mod tests;
 
 pub use sites::{Facet, sites_by_area, sites_from_visits};
 
-use crate::geometry::Frame;
+use crate::math::Frame;
 use cells::Cells;
 use glam::Vec3;
 use kdtree::Tree;

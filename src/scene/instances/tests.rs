@@ -189,7 +189,7 @@ fn rays_that_leave_an_instance_do_not_meet_it_again() {
             continue;
         }
         let w = warp::square_to_cosine_hemisphere(rng.f32x2());
-        let outward = crate::geometry::Frame::from_normal(si.ng * si.ng.dot(-ray.dir).signum()).to_world(w);
+        let outward = crate::math::Frame::from_normal(si.ng * si.ng.dot(-ray.dir).signum()).to_world(w);
         let next = Ray { org: si.spawn(outward), dir: outward, tfar: f32::INFINITY };
         let again = scene.geometry().intersect(&next).filter(|h| (h.instance, h.geometry) == (hit.instance, 0));
         assert!(again.is_none(), "{hit:?} again at {:?}", again);

@@ -1,7 +1,7 @@
 //! Directions drawn, against the density that is claimed for them.
 
 use super::*;
-use crate::geometry::Frame;
+use crate::math::Frame;
 use crate::math::rng::Rng;
 use crate::stats::{Chi2Report, DirectionTest, Domain, chi2_discrete, sidak};
 use proptest::prelude::*;

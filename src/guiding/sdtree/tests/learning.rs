@@ -68,7 +68,7 @@ fn learnt_fraction(bsdf_axis: Vec3, sharpness: i32, scale: f32, light: impl Fn(V
     let (mut rng, mut tree) = (Rng::new(3), single(|_| ()));
     train(&mut tree, &mut rng, 1, 50_000, |_, w| scale * light(w));
     let bsdf_pdf = |w: Vec3| (sharpness + 1) as f32 * UNIFORM_SPHERE_PDF * lobe(w, bsdf_axis, sharpness);
-    let frame = crate::geometry::Frame::from_normal(bsdf_axis);
+    let frame = crate::math::Frame::from_normal(bsdf_axis);
     for _ in 0..3 {
         let (quadtree, fraction) = (tree.distribution(0).expect("it is trained"), tree.fraction(0));
         let mut draw = || {

@@ -4,9 +4,8 @@
 //! (`u64`), the body, and the CRC-32 (IEEE 802.3) of all before it. The body is a [`Header`], and then what was learnt,
 //! both in the wire format of the crate `postcard`.
 
-use super::Guide;
-use super::stored::Stored;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
+use crate::guiding::{Guide, Stored};
 use crate::integrator::IntegratorSettings;
 use crate::io::atomic::write_atomically;
 use crate::math::rng::mix;

@@ -1,0 +1,122 @@
+//! The folders of `src` stand in layers: each uses only what is listed before it, so that data flows one way and a folder
+//! can be read, tested and replaced without those above it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// From the ground up. `error` is a single file; `lib.rs` and `main.rs` only name the others.
+const LAYERS: &[&str] = &[
+    "error",
+    "simd",
+    "io",
+    "math",
+    "stats",
+    "geometry",
+    "embree",
+    "image",
+    "texture",
+    "film",
+    "bsdf",
+    "light",
+    "guiding",
+    "scene",
+    "integrator",
+    "render",
+    "format",
+    "inspect",
+    "generate",
+    "compare",
+    "bench",
+    "paper",
+    "cli",
+];
+
+/// The guide could be a crate of its own: it sees positions, normals and directions, and needs nothing else.
+const GUIDING_USES: &[&str] = &["math", "simd"];
+
+/// Modules that the text of a source file names after `crate::`, comments and tests left out.
+fn uses(text: &str) -> BTreeSet<String> {
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let lines = code.lines().map(|line| line.split("//").next().unwrap_or_default());
+    let code: String = lines.collect::<Vec<_>>().join("\n");
+    let mut found = BTreeSet::new();
+    for (at, _) in code.match_indices("crate::") {
+        let rest = &code[at + "crate::".len()..];
+        let listed = rest.strip_prefix('{').map(|rest| rest.split_once('}').map_or(rest, |(list, _)| list));
+        let names = listed.unwrap_or(rest).split(',').take(if listed.is_some() { usize::MAX } else { 1 });
+        found.extend(
+            names.map(|name| {
+                name.trim().chars().take_while(|c| c.is_ascii_lowercase() || *c == '_').collect::<String>()
+            }),
+        );
+    }
+    found.remove("");
+    found
+}
+
+/// Source files of the library by their folder, without tests.
+fn sources() -> BTreeMap<String, Vec<PathBuf>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let (mut sources, mut folders) = (BTreeMap::<String, Vec<PathBuf>>::new(), vec![root.clone()]);
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+            let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+            if name.ends_with("tests") || name == "fixtures" {
+                continue;
+            }
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let top = path.strip_prefix(&root).unwrap().iter().next().unwrap();
+                let top = Path::new(top).file_stem().unwrap().to_string_lossy().into_owned();
+                sources.entry(top).or_default().push(path);
+            }
+        }
+    }
+    sources.retain(|top, _| top != "lib" && top != "main");
+    sources
+}
+
+/// What is wrong with `folder` using `used`.
+fn fault(folder: &str, used: &str) -> Option<String> {
+    let level = |name: &str| LAYERS.iter().position(|layer| *layer == name);
+    let (Some(own), Some(other)) = (level(folder), level(used)) else {
+        return Some(format!("{folder} uses {used}, and one of them is no layer"));
+    };
+    (other > own).then(|| format!("{folder} uses {used}, which is built on it"))
+}
+
+#[test]
+fn no_folder_uses_one_that_is_built_on_it() {
+    let sources = sources();
+    let known: BTreeSet<&str> = LAYERS.iter().copied().collect();
+    assert_eq!(sources.keys().map(String::as_str).collect::<BTreeSet<_>>(), known, "every folder is a layer");
+    for (folder, files) in &sources {
+        for file in files {
+            let used = uses(&std::fs::read_to_string(file).unwrap());
+            for used in used.iter().filter(|used| known.contains(used.as_str()) && *used != folder) {
+                let fault = fault(folder, used);
+                assert!(fault.is_none(), "{}: {}", file.display(), fault.unwrap());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_guide_needs_nothing_but_numbers() {
+    for file in &sources()["guiding"] {
+        let used = uses(&std::fs::read_to_string(file).unwrap());
+        let foreign = used.iter().filter(|used| *used != "guiding" && LAYERS.contains(&used.as_str()));
+        let foreign: Vec<_> = foreign.filter(|used| !GUIDING_USES.contains(&used.as_str())).collect();
+        assert!(foreign.is_empty(), "{}: {foreign:?}", file.display());
+    }
+}
+
+#[test]
+fn an_arrow_that_runs_back_up_would_be_seen() {
+    let text = "//! crate::cli\nuse crate::{Result, render, math::Rgb};\nfn f(s: &crate::scene::Scene) {}\n\
+                #[cfg(test)]\nmod tests { use crate::cli::run; }";
+    assert_eq!(uses(text), ["math", "render", "scene"].map(String::from).into());
+    assert!(fault("math", "render").is_some() && fault("math", "nowhere").is_some());
+    assert!(fault("render", "math").is_none());
+}
