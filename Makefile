@@ -11,7 +11,7 @@ STDDEF := $(wildcard /usr/lib/llvm-*/lib/clang/*/include/stddef.h)
 FETCHER := $(or $(wildcard $(CARGO)),$(shell command -v curl))
 RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
-.PHONY: demo build test check setup
+.PHONY: demo build lab test check setup
 
 demo: build
 	mkdir -p out
@@ -21,13 +21,18 @@ demo: build
 build: setup
 	$(CARGO) build --release --locked
 
+# The program with its laboratory: bench, compare, generate, paper, rates.
+lab: setup
+	$(CARGO) build --release --locked --features lab
+
 # What tests skip they say, and cargo would keep it to itself.
 test: setup
-	$(CARGO) test --release --locked -- --show-output
+	$(CARGO) test --release --locked --features lab -- --show-output
 
 check: setup
 	$(CARGO) fmt --check
-	$(CARGO) clippy --release --locked --all-targets -- -D warnings
+	$(CARGO) clippy --release --locked --all-targets --features lab -- -D warnings
+	$(CARGO) clippy --release --locked -- -D warnings
 
 # Embree, libclang (bindgen reads Embree's headers with it), a linker and Rust, each only where it is missing.
 setup:

@@ -12,16 +12,15 @@
 //!         │   ▲  └─ transitions ───────────────► recorder (owned by the tile)
 //!         │   └── bsdf, light, mixture (BSDF + guide: the one place where both sampling and pdf live)
 //!         ▼
-//!      film ─► image: EXR / PNG      inspect: a guide that has learnt, against what is traced
-//!                             compare: whole renders by several methods, in turns
+//!      film ─► image: EXR / PNG     inspect: a guide that has learnt, against what is traced
+//!                                   lab: whole renders by several methods, in turns
 //! ```
 //!
 //! # Layers
 //!
 //! Folders use only those before them in this list, and a test (`tests/all/layers.rs`) keeps it so:
 //! [`simd`], [`io`], [`math`], [`stats`] · [`geometry`], [`embree`] · [`image`], [`texture`], [`film`] · [`bsdf`], [`light`] ·
-//! [`guiding`] · [`scene`] · [`integrator`] · [`render`] · [`format`] · [`inspect`], [`generate`], [`compare`], [`bench`],
-//! [`paper`] · [`cli`].
+//! [`guiding`] · [`scene`] · [`integrator`] · [`render`] · [`format`] · [`inspect`] · `lab` · [`cli`].
 //!
 //! # Invariants
 //!
@@ -40,24 +39,22 @@
 //! steradian, a *pmf* a probability. A *state* is a cell of the guide, an *action* a stratum of its hemisphere, *Q* the
 //! radiance (luminance) that arrives at a state from an action. *spp* counts samples per pixel.
 
-pub mod bench;
 pub mod bsdf;
 pub mod cli;
-pub mod compare;
 pub mod embree;
 pub mod error;
 pub mod film;
 pub mod format;
-pub mod generate;
 pub mod geometry;
 pub mod guiding;
 pub mod image;
 pub mod inspect;
 pub mod integrator;
 pub mod io;
+#[cfg(feature = "lab")]
+pub mod lab;
 pub mod light;
 pub mod math;
-pub mod paper;
 pub mod render;
 pub mod scene;
 pub mod simd;

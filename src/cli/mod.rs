@@ -2,16 +2,16 @@
 //!
 //! Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C (with the picture so far written).
 
-mod bench;
 mod choices;
-mod compare;
 mod error;
-mod generate;
 mod inspect;
+#[cfg(feature = "lab")]
+mod lab;
+#[cfg(not(feature = "lab"))]
+#[path = "lab/absent.rs"]
+mod lab;
 mod output;
-mod paper;
 mod progress;
-mod rates;
 mod render;
 mod report;
 
@@ -37,18 +37,10 @@ enum Command {
     Render(render::RenderArguments),
     /// Print how far a picture is from a reference, as JSON: MSE, relMSE (all and trimmed), MAPE, SMAPE.
     Error(error::ErrorArguments),
-    /// Measure this program here: its rays against Embree alone, what its time goes into, loading, a rival.
-    Bench(bench::BenchArguments),
     /// Show what the guide knows of the place behind a pixel, and how large it is.
     Inspect(inspect::InspectArguments),
-    /// Compare methods: error against time, with intervals, over several runs.
-    Compare(Box<compare::CompareArguments>),
-    /// Render the pictures of Tan's paper on the project's own scenes, with a table of what they cost.
-    Paper(paper::PaperArguments),
-    /// Chart how near each learning rule and rate comes to a light field that is known, by visits.
-    Rates(rates::RatesArguments),
-    /// Write the project's own scenes.
-    Generate(generate::GenerateArguments),
+    #[command(flatten)]
+    Lab(lab::LabCommand),
 }
 
 /// Runs the command that `argv` names.
@@ -56,12 +48,8 @@ pub fn run() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Error(arguments) => error::run(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
-        Command::Compare(arguments) => compare::run(&arguments),
-        Command::Paper(arguments) => paper::run(&arguments),
-        Command::Rates(arguments) => rates::run(&arguments),
-        Command::Generate(arguments) => generate::run(&arguments),
+        Command::Lab(command) => command.run(),
     };
     result.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");

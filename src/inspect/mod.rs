@@ -1,6 +1,5 @@
 //! Looking at a guide: what it knows of the place behind a pixel, held against what is traced there.
 
-pub mod convergence;
 pub mod layers;
 pub mod picture;
 pub mod radiance;

@@ -9,6 +9,7 @@ pub mod material;
 pub mod obj;
 
 pub use camera::Camera;
+#[cfg(feature = "lab")]
 pub(crate) use load::Gathered;
 
 use crate::bsdf::Bsdf;

@@ -2,7 +2,7 @@
 
 use crate::common::own_path;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, LearningRule, Rate, Updates};
-use phototaxis::inspect::convergence::{Furnace, Learnt, Reported, WAYS, Way};
+use phototaxis::lab::convergence::{Furnace, Learnt, Reported, WAYS, Way};
 use phototaxis::render::{Settings, render};
 
 /// 46 samples per pixel of 32 × 32 pixels.

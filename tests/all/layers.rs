@@ -24,10 +24,7 @@ const LAYERS: &[&str] = &[
     "render",
     "format",
     "inspect",
-    "generate",
-    "compare",
-    "bench",
-    "paper",
+    "lab",
     "cli",
 ];
 

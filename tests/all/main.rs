@@ -1,5 +1,8 @@
 //! All tests from outside, in one binary: linking costs more than most of them.
 
+#[cfg(not(feature = "lab"))]
+compile_error!("the tests need the laboratory: cargo test --release --features lab, or make test");
+
 mod agreement;
 mod analytic;
 mod cli;

@@ -8,8 +8,8 @@ use crate::common::{Loaded, Runs, own, welch};
 use phototaxis::film::Combine;
 use phototaxis::format;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, Rate};
+use phototaxis::lab::paper::presets;
 use phototaxis::math::Rgb;
-use phototaxis::paper::presets;
 use phototaxis::render::{Order, Rendering, Settings, render};
 use phototaxis::stats::sidak;
 

@@ -2,7 +2,7 @@
 //!
 //! Needs a Chromium, by `$CHROMIUM` or in the path; without one the test is skipped, and says so.
 
-use phototaxis::compare::report::page;
+use phototaxis::lab::compare::report::page;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
 use std::path::Path;

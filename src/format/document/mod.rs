@@ -11,5 +11,7 @@ mod tree;
 pub(crate) use json::from_json;
 pub(crate) use overrides::overrides_tree;
 pub(crate) use reader::{Bounds, COORDINATE, FINITE, NOT_NEGATIVE, POSITIVE, Reader, UNIT};
-pub(crate) use source::{Source, line_and_column, read_text};
+#[cfg(feature = "lab")]
+pub(crate) use source::line_and_column;
+pub(crate) use source::{Source, read_text};
 pub(crate) use tree::{At, Entries, Entry, Fault, Node, Value, from_toml};

@@ -201,7 +201,7 @@ fn rays_that_leave_an_instance_do_not_meet_it_again() {
 #[test]
 fn a_thousand_places_cost_little_more_than_one() {
     let folder = tempfile::tempdir().unwrap();
-    crate::generate::large::generate("terrain", 10_000, folder.path()).unwrap();
+    crate::lab::generate::large::generate("terrain", 10_000, folder.path()).unwrap();
     let memory = |places: usize| {
         let mut text = String::from("[[mesh]]\npath = 'terrain.obj'\ngroup = 'hill'\n");
         for k in 0..places {

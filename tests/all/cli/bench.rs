@@ -85,7 +85,7 @@ fn embree_is_skipped_aloud_where_it_is_missing() {
 #[test]
 fn embree_does_the_same_work() {
     let path = std::env::var_os("PATH").unwrap_or_default();
-    if phototaxis::bench::find_pathtracer(&path).is_none() {
+    if phototaxis::lab::bench::find_pathtracer(&path).is_none() {
         eprintln!("SKIPPED: embree-tools is not installed");
         return;
     }

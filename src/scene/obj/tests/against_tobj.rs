@@ -1,8 +1,8 @@
 //! Corner by corner against tobj, on every file that it can read.
 
 use super::scenes;
-use crate::generate::large;
 use crate::geometry::mesh::Attribute;
+use crate::lab::generate::large;
 use crate::scene::obj::{Obj, load};
 use std::ops::Range;
 use std::path::{Path, PathBuf};

@@ -1,0 +1,258 @@
+//! `phototaxis compare`: methods on the same scenes and budgets, in runs that take turns.
+
+mod screen;
+mod table;
+
+use crate::cli::render::{stop_flag, warn};
+use crate::io::atomic::write_atomically;
+use crate::lab::compare::atelier::{Atelier, reference_blocks};
+use crate::lab::compare::cell::{Cell, cells};
+use crate::lab::compare::chart::{charts, png};
+use crate::lab::compare::gallery::matrix::Matrix;
+use crate::lab::compare::gallery::{output, pictures};
+use crate::lab::compare::plan::{Budget, Draft, Plan, parse_set, plain_scene};
+use crate::lab::compare::results::{Results, chart_file, csv};
+use crate::lab::compare::schedule::carry_out;
+use crate::lab::compare::stage::Stage;
+use crate::lab::compare::store::Store;
+use crate::lab::compare::{file, report, sweep};
+use anyhow::{Context as _, Result, bail};
+use clap::Args;
+use screen::Screen;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+const NOTES: &str = "Examples:
+  phototaxis compare scenes/door.toml --methods none,grid,adaptive --time 5,10,20
+  phototaxis compare scene.toml --methods none --spp 64 --methods 'sweep:guiding.method=grid;guiding.resolution=8,16,32'
+  phototaxis compare --plan comparison.toml --runs 10 -o out
+  phototaxis compare --gallery --runs 3 -o gallery-out
+A comparison that was interrupted goes on where it stopped when it is started again. What the figures mean, and the
+form of --plan's file: docs/compare.md.";
+
+#[derive(Args)]
+#[command(after_help = NOTES)]
+pub struct CompareArguments {
+    /// Scenes, of any kind that render takes.
+    scenes: Vec<PathBuf>,
+    /// File that says what is compared; what is said here too has precedence.
+    #[arg(long, value_name = "TOML")]
+    plan: Option<PathBuf>,
+    /// Carries out the stability gallery, the comparison in scenes/gallery: docs/stability.md.
+    #[arg(long, conflicts_with_all = ["plan", "scenes"])]
+    gallery: bool,
+    /// Only these scenes of the plan or the gallery, by their names.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    only: Vec<String>,
+    /// Methods, separated by commas: none, auto, adaptive, grid, voronoi, sdtree, or those of the plan; or
+    /// sweep:KEY=VALUE,VALUE;KEY=VALUE,VALUE for all combinations. May be repeated. [default: none,auto]
+    #[arg(long, value_name = "NAMES")]
+    methods: Vec<String>,
+    /// Seconds that a run may take, learning included; several are several budgets.
+    #[arg(long, value_name = "SECONDS", value_delimiter = ',', value_parser = positive, conflicts_with = "spp")]
+    time: Vec<f64>,
+    /// Samples per pixel of a run.
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    spp: Vec<u32>,
+    /// Runs of each cell, with seeds of their own. [default: 5]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    runs: Option<u32>,
+    /// The first seed. [default: 0]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1 << 53))]
+    seed: Option<u64>,
+    /// Method that the others are measured against. [default: none, else the first]
+    #[arg(long, value_name = "NAME")]
+    baseline: Option<String>,
+    /// Picture (.exr) to compare with, of the one scene there is. [default: made, by a long unguided render]
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
+    /// Share of the smallest error expected that a reference's own noise may have. [default: 0.05]
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    reference_noise: Option<f64>,
+    /// Seconds that a reference may take. [default: 600]
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    reference_time: Option<f64>,
+    /// Compares with a reference that is noisier than --reference-noise.
+    #[arg(long)]
+    allow_noisy_reference: bool,
+    /// Overrides a key of all scene files, for all methods; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Title of the results.
+    #[arg(long, value_name = "TEXT")]
+    title: Option<String>,
+    /// Folder for results, references and pictures; made if it is missing.
+    #[arg(short, long, value_name = "DIR", default_value = "compare-out")]
+    output: PathBuf,
+    /// Deletes the runs that the folder holds, and begins anew. References are kept.
+    #[arg(long)]
+    restart: bool,
+    /// Leaves the pictures out of results.json.
+    #[arg(long)]
+    no_images: bool,
+    /// Threads; 0 takes all of the machine's.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+    /// Prints the table and errors only.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+pub fn run(arguments: &CompareArguments) -> Result<ExitCode> {
+    let plan = draft(arguments)?.finish()?;
+    crate::cli::set_threads(arguments.threads)?;
+    let (stage, warnings) = Stage::load(&plan, arguments.threads)?;
+    if !arguments.quiet {
+        warn(&warnings);
+    }
+    let folder = &arguments.output;
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    let log = folder.join("runs.jsonl");
+    if arguments.restart && log.exists() {
+        std::fs::remove_file(&log).with_context(|| log.display().to_string())?;
+    }
+    let mut store = Store::open(&log, &stage.plan_hash(&plan), &plan.title)?;
+    let stop = stop_flag()?;
+    let outcome = carry_on(arguments, &plan, &stage, &mut store, &stop);
+    // Whatever ended it: what was measured is not lost.
+    let finished = finish(arguments, &plan, &stage, &store);
+    let whole = outcome?;
+    finished?;
+    Ok(if whole { ExitCode::SUCCESS } else { ExitCode::from(130) })
+}
+
+/// What file and flags say; flags have the last word.
+fn draft(arguments: &CompareArguments) -> Result<Draft> {
+    let a = arguments;
+    let mut draft = match (&a.plan, a.gallery) {
+        (Some(path), _) => file::read(path)?,
+        (None, true) => file::read(&write_gallery(&a.output)?)?,
+        (None, false) => Draft::default(),
+    };
+    draft.keep_scenes(&a.only)?;
+    if !a.scenes.is_empty() {
+        draft.scenes = a.scenes.iter().map(|path| plain_scene(path)).collect();
+    }
+    if let Some(path) = &a.reference {
+        let [scene] = &mut draft.scenes[..] else { bail!("--reference is for one scene: say them in --plan's file") };
+        scene.reference = Some(path.clone());
+    }
+    if !a.methods.is_empty() {
+        draft.methods = a.methods.iter().flat_map(|text| names(text)).collect();
+    } else if draft.methods.is_empty() {
+        draft.methods = ["none", "auto"].map(String::from).to_vec();
+    }
+    let seconds = a.time.iter().map(|s| Budget::Seconds(*s));
+    let budgets: Vec<Budget> = seconds.chain(a.spp.iter().map(|n| Budget::Samples(*n))).collect();
+    if !budgets.is_empty() {
+        draft.budgets = budgets;
+    }
+    draft.overrides.extend(a.set.iter().map(|text| parse_set(text)).collect::<crate::Result<Vec<_>>>()?);
+    draft.title = a.title.clone().or(draft.title);
+    draft.baseline = a.baseline.clone().or(draft.baseline);
+    draft.runs = a.runs.or(draft.runs);
+    draft.seed = a.seed.or(draft.seed);
+    draft.reference_noise = a.reference_noise.or(draft.reference_noise);
+    draft.reference_time = a.reference_time.or(draft.reference_time);
+    Ok(draft)
+}
+
+/// Writes the gallery's scenes and its comparison, whose path is returned.
+fn write_gallery(folder: &Path) -> Result<PathBuf> {
+    let written = crate::lab::generate::gallery::generate(&folder.join("scenes"))?;
+    written.into_iter().next().context("the gallery is empty")
+}
+
+/// A sweep has commas of its own.
+fn names(text: &str) -> Vec<String> {
+    match text.starts_with(sweep::PREFIX) {
+        true => vec![text.to_string()],
+        false => text.split(',').map(|name| name.trim().to_string()).collect(),
+    }
+}
+
+/// Makes the runs that are missing; `false` where Ctrl-C came before all were there.
+fn carry_on(a: &CompareArguments, plan: &Plan, stage: &Stage, store: &mut Store, stop: &AtomicBool) -> Result<bool> {
+    let screen = Screen::new(a.quiet);
+    let mut listener = |event: crate::lab::compare::atelier::Event| {
+        screen.show(&event);
+        !stop.load(Ordering::Relaxed)
+    };
+    // A gallery goes on where a reference cannot be made good enough, and its verdicts say what is then not known.
+    let allow_noisy = a.allow_noisy_reference || plan.gallery.is_some();
+    let mut studio = Atelier::new(plan, stage, &a.output, allow_noisy, &mut listener);
+    Ok(carry_out(plan, store, &mut studio, &mut &screen)?)
+}
+
+/// Writes and prints what there is.
+fn finish(arguments: &CompareArguments, plan: &Plan, stage: &Stage, store: &Store) -> Result<()> {
+    let folder = &arguments.output;
+    let cells = cells(plan, store, &reference_blocks(plan, stage, store, folder)?);
+    if cells.is_empty() {
+        return Ok(());
+    }
+    let charts = charts(plan, store, &cells);
+    std::fs::create_dir_all(folder.join("charts")).with_context(|| folder.display().to_string())?;
+    for chart in &charts {
+        let path = |extension: &str| folder.join("charts").join(format!("{}.{extension}", chart_file(chart)));
+        write(&path("svg"), chart.svg.as_bytes())?;
+        write(&path("png"), &png(&chart.svg)?)?;
+    }
+    write(&folder.join("results.csv"), csv(plan, store).as_bytes())?;
+    let matrix = matrix(plan, stage, store, &cells, folder)?;
+    table::print(plan, store, &cells)?;
+    let mut results = Results::new(plan, stage, store, &command_line(), cells, charts);
+    if let Some(matrix) = matrix {
+        results.add_gallery(matrix);
+    }
+    if !arguments.no_images {
+        results.add_pictures(plan, store, folder)?;
+    }
+    let json = results.to_json()?;
+    write(&folder.join("results.json"), json.as_bytes())?;
+    write(&folder.join("report.html"), report::page(&json).as_bytes())?;
+    if !arguments.quiet {
+        eprintln!("wrote {0}/report.html, {0}/results.json, {0}/results.csv and {0}/charts", folder.display());
+    }
+    Ok(())
+}
+
+/// The verdicts, where the plan asks for them, written as tables and pictures.
+fn matrix(plan: &Plan, stage: &Stage, store: &Store, cells: &[Cell], folder: &Path) -> Result<Option<Matrix>> {
+    let Some(gallery) = &plan.gallery else { return Ok(None) };
+    let mut matrix = Matrix::new(plan, gallery, stage, store, cells);
+    pictures::write(&mut matrix, plan, stage, store, folder)?;
+    write(&folder.join("matrix.csv"), output::csv(&matrix).as_bytes())?;
+    write(&folder.join("stability.md"), output::markdown(plan, &matrix).as_bytes())?;
+    Ok(Some(matrix))
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    Ok(write_atomically(path, |file| file.write_all(bytes))?)
+}
+
+/// The command as it may be typed again.
+fn command_line() -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_=./,:+".contains(c);
+    let quoted = |text: String| match !text.is_empty() && text.chars().all(plain) {
+        true => text,
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    };
+    let arguments = std::env::args_os().skip(1).map(|a| quoted(a.to_string_lossy().into_owned()));
+    std::iter::once("phototaxis".to_string()).chain(arguments).collect::<Vec<_>>().join(" ")
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a positive number of seconds".into()),
+    }
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err("expected a number greater than 0 and at most 1".into()),
+    }
+}

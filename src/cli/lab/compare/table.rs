@@ -1,0 +1,107 @@
+//! The table at the end of a comparison.
+
+use crate::lab::compare::bias::ALARM;
+use crate::lab::compare::cell::{Cell, Mean, Ratio};
+use crate::lab::compare::plan::Plan;
+use crate::lab::compare::record::{ReferenceRecord, Source};
+use crate::lab::compare::store::Store;
+use anyhow::Result;
+
+const HEADINGS: [&str; 11] = [
+    "method",
+    "runs",
+    "s",
+    "spp",
+    "relMSE [95 %]",
+    "without worst 0.1 %",
+    "FLIP",
+    "efficiency × [95 %]",
+    "bias p",
+    "guide MiB",
+    "segments",
+];
+
+/// Prints the cells, scene by scene and budget by budget, and what they were compared with.
+pub fn print(plan: &Plan, store: &Store, cells: &[Cell]) -> Result<()> {
+    for entry in &plan.scenes {
+        let scene = entry.name();
+        for budget in &plan.budgets {
+            let here: Vec<&Cell> = cells.iter().filter(|c| c.scene == scene && c.budget == budget.name()).collect();
+            if !here.is_empty() {
+                crate::cli::print(&format!("{scene}, {}", budget.name()))?;
+                print_rows(&here.iter().map(|c| row(c)).collect::<Vec<_>>())?;
+                crate::cli::print("")?;
+            }
+        }
+        if let Some(reference) = store.reference(&scene) {
+            crate::cli::print(&format!("{scene}: {}", told(reference)))?;
+        }
+    }
+    let baseline = &plan.methods[plan.baseline].name;
+    crate::cli::print(&format!(
+        "efficiency: 1/(relMSE × seconds), that of {baseline} = 1; bias: p below {ALARM} is marked *"
+    ))
+}
+
+fn row(cell: &Cell) -> [String; 11] {
+    let number = |m: Mean, digits: usize| m.mean.map_or("-".into(), |x| format!("{x:.digits$}"));
+    let mark = if cell.bias.biased == Some(true) { " *" } else { "" };
+    [
+        cell.method.clone(),
+        cell.runs.to_string(),
+        number(cell.seconds, 2),
+        number(cell.samples, 0),
+        scientific(cell.relmse),
+        scientific(cell.relmse_trimmed),
+        number(cell.flip, 4),
+        ratio(cell.ratio),
+        cell.bias.p.map_or("-".into(), |p| format!("{p:.3}{mark}")),
+        number(Mean { mean: cell.guide_bytes.mean.map(|b| b / 1048576.0), ..Mean::default() }, 2),
+        number(cell.mean_path_length, 2),
+    ]
+}
+
+fn scientific(m: Mean) -> String {
+    match (m.mean, m.interval()) {
+        (Some(mean), Some(i)) => format!("{mean:.3e} [{:.2e}, {:.2e}]", i.low, i.high),
+        (Some(mean), None) => format!("{mean:.3e}"),
+        (None, _) => "-".into(),
+    }
+}
+
+fn ratio(r: Ratio) -> String {
+    match (r.value, r.low.zip(r.high)) {
+        (Some(value), Some((low, high))) if low < high => format!("{value:.2} [{low:.2}, {high:.2}]"),
+        (Some(value), _) => format!("{value:.2}"),
+        (None, _) => "-".into(),
+    }
+}
+
+/// Columns as wide as they need to be; the first is flush left.
+fn print_rows(rows: &[[String; 11]]) -> Result<()> {
+    let heading = HEADINGS.map(String::from);
+    let all: Vec<&[String; 11]> = std::iter::once(&heading).chain(rows).collect();
+    let width = |column: usize| all.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..HEADINGS.len()).map(width).collect();
+    for row in all {
+        let cell = |(k, text): (usize, &String)| match k {
+            0 => format!("  {text:<w$}", w = widths[k]),
+            _ => format!("{text:>w$}", w = widths[k]),
+        };
+        crate::cli::print(&row.iter().enumerate().map(cell).collect::<Vec<_>>().join("  "))?;
+    }
+    Ok(())
+}
+
+fn told(reference: &ReferenceRecord) -> String {
+    let origin = match (reference.source, reference.samples, reference.seconds) {
+        (Source::Made, Some(samples), Some(seconds)) => {
+            format!("reference of {samples} spp, unguided, rendered in {seconds:.1} s")
+        }
+        _ => format!("reference {}", reference.path),
+    };
+    match reference.relmse_noise {
+        Some(noise) => format!("{origin}; its own noise, a relMSE of {noise:.2e}, is taken off MSE and relMSE"),
+        None => format!("{origin}; its noise is not known, counts as error, and bias cannot be tested"),
+    }
+}

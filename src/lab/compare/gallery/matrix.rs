@@ -1,0 +1,133 @@
+//! All cells of a gallery at its largest budget.
+
+use super::checks::{Evidence, Finding, findings, largest_guide, worst_pixels};
+use super::{Bounds, Colour, Gallery};
+use crate::lab::compare::cell::{Cell, Ratio};
+use crate::lab::compare::plan::Plan;
+use crate::lab::compare::record::Run;
+use crate::lab::compare::schedule::order;
+use crate::lab::compare::stage::Stage;
+use crate::lab::compare::store::Store;
+use crate::stats::sidak;
+use serde::Serialize;
+
+/// Scenes × methods.
+#[derive(Clone, Debug, Serialize)]
+pub struct Matrix {
+    pub bounds: Bounds,
+    pub budget: String,
+    /// Cells that were tested for bias, and the p below which each is called biased.
+    pub tested: usize,
+    pub level: f64,
+    pub cells: Vec<MatrixCell>,
+}
+
+/// A method on a scene.
+#[derive(Clone, Debug, Serialize)]
+pub struct MatrixCell {
+    pub scene: String,
+    pub method: String,
+    /// The worst of all findings.
+    pub colour: Colour,
+    pub runs: usize,
+    pub ratio: Ratio,
+    pub relmse_median: Option<f64>,
+    pub relmse_worst: Option<f64>,
+    /// Share of the error in the worst 0.1 % of the pixels.
+    pub firefly_share: Option<f64>,
+    pub p: Option<f64>,
+    /// Bytes of the largest guide of all runs, and what it may take.
+    pub guide_bytes: u64,
+    pub memory: u64,
+    pub repeatable: Option<bool>,
+    pub findings: Vec<Finding>,
+    /// Of the worst run, beside the reference; within the comparison's folder.
+    pub picture: Option<String>,
+}
+
+impl MatrixCell {
+    /// What is red of it.
+    pub fn failures(&self) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().filter(|f| f.colour == Colour::Red)
+    }
+}
+
+impl Matrix {
+    /// Judges all cells that have runs.
+    pub fn new(plan: &Plan, gallery: &Gallery, stage: &Stage, store: &Store, cells: &[Cell]) -> Matrix {
+        let memory = |scene, method| stage.with_method(scene, method).1.guiding.memory;
+        Matrix::judged(plan, gallery, store, cells, &memory)
+    }
+
+    /// As [`Matrix::new`]; `memory` is what the guide of a scene's method may take.
+    pub(super) fn judged(
+        plan: &Plan,
+        gallery: &Gallery,
+        store: &Store,
+        cells: &[Cell],
+        memory: &dyn Fn(usize, usize) -> u64,
+    ) -> Matrix {
+        let budget = plan.budgets.last().map_or(String::new(), |budget| budget.name());
+        let here: Vec<&Cell> = cells.iter().filter(|cell| cell.budget == budget).collect();
+        let tested = here.iter().filter(|cell| cell.bias.p.is_some()).count();
+        let bounds = gallery.bounds;
+        let mut matrix = Matrix { bounds, budget, tested, level: sidak(bounds.alarm, tested), cells: Vec::new() };
+        for (scene, runs) in by_cell(plan, store).iter().enumerate() {
+            let name = plan.scenes[scene].name();
+            let find = |method: usize| here.iter().find(|c| c.scene == name && c.method == plan.methods[method].name);
+            let base = find(plan.baseline).map(|cell| (&runs[plan.baseline][..], *cell));
+            for (method, own) in runs.iter().enumerate() {
+                let Some(cell) = find(method) else { continue };
+                let evidence = Evidence {
+                    runs: own,
+                    cell,
+                    baseline: base.filter(|_| method != plan.baseline),
+                    planned: plan.runs as usize,
+                    memory: memory(scene, method),
+                    repeatable: store.repeatable(&name, &cell.method, bounds.repeat),
+                    level: matrix.level,
+                    bounds: &bounds,
+                };
+                matrix.cells.push(judge(&evidence, gallery));
+            }
+        }
+        matrix
+    }
+
+    pub fn find(&self, scene: &str, method: &str) -> Option<&MatrixCell> {
+        self.cells.iter().find(|cell| cell.scene == scene && cell.method == method)
+    }
+}
+
+/// The runs at the largest budget by scene and method.
+fn by_cell<'a>(plan: &Plan, store: &'a Store) -> Vec<Vec<Vec<&'a Run>>> {
+    let mut all = vec![vec![Vec::new(); plan.methods.len()]; plan.scenes.len()];
+    for slot in order(plan).iter().filter(|slot| slot.budget + 1 == plan.budgets.len()) {
+        all[slot.scene][slot.method].extend(store.find(plan, slot));
+    }
+    all
+}
+
+fn judge(e: &Evidence, gallery: &Gallery) -> MatrixCell {
+    let (scene, method) = (e.cell.scene.clone(), e.cell.method.clone());
+    let mut findings = findings(e);
+    for finding in findings.iter_mut().filter(|f| f.colour == Colour::Red) {
+        finding.why = gallery.why(&scene, &method, finding.check).map(str::to_owned);
+    }
+    MatrixCell {
+        colour: findings.iter().map(|f| f.colour).max().unwrap_or(Colour::Amber),
+        runs: e.runs.len(),
+        ratio: e.cell.ratio,
+        relmse_median: e.cell.relmse_median,
+        relmse_worst: e.cell.relmse_worst,
+        firefly_share: worst_pixels(e.runs).mean,
+        p: e.cell.bias.p,
+        guide_bytes: largest_guide(e.runs),
+        memory: e.memory,
+        repeatable: e.repeatable,
+        findings,
+        picture: None,
+        scene,
+        method,
+    }
+}
