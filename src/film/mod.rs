@@ -1,6 +1,7 @@
 //! Pictures: in memory, in files, and how far two of them are apart.
 
 pub mod accumulate;
+pub mod alike;
 pub mod atomic;
 pub mod blur;
 pub mod compare;
