@@ -11,11 +11,13 @@ mod samples;
 #[cfg(test)]
 mod tests;
 mod triangle;
+mod unit;
 
 pub use environment::Environment;
 pub use lights::Lights;
 pub use samples::LightSamples;
 pub use triangle::EmissiveTriangle;
+pub use unit::LightUnit;
 
 use crate::embree::Ray;
 use crate::math::{Rgb, luminance};

@@ -17,7 +17,7 @@ pub(crate) use load::Gathered;
 use crate::bsdf::Bsdf;
 use crate::embree::{self, Hit, Ray};
 use crate::geometry::{Mesh, SurfaceInteraction, Surfaces};
-use crate::light::Lights;
+use crate::light::{LightUnit, Lights};
 use crate::math::Rgb;
 use glam::Vec3;
 use instances::{Instances, NO_INSTANCE};
@@ -35,6 +35,8 @@ pub struct Scene {
     materials: Arc<Vec<Material>>,
     textures: Arc<Vec<Texture>>,
     lights: Lights,
+    /// What all emission here is a multiple of.
+    light_unit: LightUnit,
     bounds: (Vec3, Vec3),
     hash: u64,
     content_hash: u64,
@@ -79,7 +81,13 @@ impl Scene {
         material.bsdf(&self.textures, uv)
     }
 
-    /// Radiance that the surface emits to the side it is seen from.
+    /// The unit of all light in this scene: of its lights, and of what is traced in it.
+    #[inline]
+    pub fn light_unit(&self) -> LightUnit {
+        self.light_unit
+    }
+
+    /// Radiance that the surface emits to the side it is seen from, in [`Self::light_unit`].
     #[inline]
     pub fn emission(&self, si: &SurfaceInteraction) -> Rgb {
         self.materials[si.material as usize].emission(si.front)
