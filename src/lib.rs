@@ -37,7 +37,8 @@
 //!
 //! `wo` and `wi` both leave the surface. *Throughput* is what a path's light is multiplied by. A *pdf* is a density per
 //! steradian, a *pmf* a probability. A *state* is a cell of the guide, an *action* a stratum of its hemisphere, *Q* the
-//! radiance (luminance) that arrives at a state from an action. *spp* counts samples per pixel.
+//! radiance (luminance) that arrives at a state from an action. *spp* counts samples per pixel. From loading to the finished
+//! picture all light is in the scene's own unit, [`light::LightUnit`].
 
 pub mod bsdf;
 pub mod cli;

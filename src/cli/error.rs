@@ -1,8 +1,8 @@
 //! `phototaxis error`: how far pictures are from a reference.
 
-use crate::image::Image;
 use crate::image::exr::{read_layers, read_rgb};
 use crate::image::metrics::{Errors, compare};
+use crate::image::{Image, Layer};
 use crate::math::Rgb;
 use crate::stats::Summary;
 use anyhow::Result;
@@ -37,6 +37,8 @@ struct Report {
 #[derive(Serialize)]
 struct ImageReport {
     image: PathBuf,
+    /// Pixels that are infinite or undefined. Errors that include one are `null`.
+    non_finite_pixels: usize,
     #[serde(flatten)]
     errors: Errors,
 }
@@ -52,8 +54,12 @@ struct Mean {
 pub fn run(arguments: &ErrorArguments) -> Result<ExitCode> {
     let reference = read_rgb(&arguments.reference)?;
     let mut images = Vec::new();
-    for image in &arguments.images {
-        images.push(ImageReport { image: image.clone(), errors: compare(&read_rgb(image)?, &reference)? });
+    let mut broken = name_non_finite(&arguments.reference, &reference);
+    for path in &arguments.images {
+        let image = read_rgb(path)?;
+        let (errors, non_finite_pixels) = (compare(&image, &reference)?, name_non_finite(path, &image));
+        broken += non_finite_pixels;
+        images.push(ImageReport { image: path.clone(), non_finite_pixels, errors });
     }
     let report = Report {
         relmse: mean(&images, |errors| errors.relmse),
@@ -62,7 +68,16 @@ pub fn run(arguments: &ErrorArguments) -> Result<ExitCode> {
         images,
     };
     super::print(&serde_json::to_string_pretty(&report)?)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(if broken > 0 { ExitCode::from(super::NOT_FINITE) } else { ExitCode::SUCCESS })
+}
+
+/// How many pixels of a picture are not finite; says so where there are any.
+fn name_non_finite(path: &Path, image: &Image) -> usize {
+    let found = Layer::non_finite(&[Layer::color("", &image.data)], image.width);
+    found.map_or(0, |found| {
+        eprintln!("error: {}: {found}", path.display());
+        found.pixels
+    })
 }
 
 fn mean(images: &[ImageReport], measure: fn(&Errors) -> f64) -> Option<Mean> {

@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand. All printing and all exit codes live here.
 //!
-//! Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C (with the picture so far written).
+//! Exit codes: 0 done, 1 failed, 2 wrong usage, 3 pixels that are not finite (with the picture written), 130 stopped by
+//! Ctrl-C (with the picture so far written).
 
 mod choices;
 mod error;
@@ -20,8 +21,11 @@ use clap::{Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
-const EXIT_CODES: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C with the picture so far \
-    written.\nThe scene file is described in docs/scene-file.md.";
+const EXIT_CODES: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 pixels of a picture are infinite or undefined (it is \
+    written all the same), 130 stopped by Ctrl-C with the picture so far written.\nThe scene file is described in docs/scene-file.md.";
+
+/// Exit code where pixels of a picture are not finite.
+const NOT_FINITE: u8 = 3;
 
 /// A path tracer on Embree that learns where the light is while it renders.
 #[derive(Parser)]

@@ -98,7 +98,8 @@ fn beauty(estimate: &Estimate) -> Image {
     image
 }
 
-fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Result<()> {
+/// All that is known of a render, pixel by pixel; `guide` are the layers of the guide, where they are asked for.
+pub(super) fn layers(rendering: &Rendering, guide: Option<&Layers>) -> Vec<Layer> {
     let e = &rendering.estimate;
     let features =
         |f: fn(&crate::film::tile::Features) -> crate::math::Rgb| -> Vec<_> { e.features.iter().map(f).collect() };
@@ -114,7 +115,12 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
             e.blank.iter().map(|&blank| if blank { 0.0 } else { e.samples as f32 }).collect(),
         ),
     ];
-    layers.extend(context.guide_layers.iter().flat_map(Layers::channels));
+    layers.extend(guide.into_iter().flat_map(Layers::channels));
+    layers
+}
+
+fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Result<()> {
+    let e = &rendering.estimate;
     let metadata = Metadata {
         scene_hash: context.scene.hash_text(),
         samples_per_pixel: e.samples,
@@ -122,6 +128,7 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
         seed: context.seed,
         extra: BTreeMap::from([("scene".to_string(), Attribute::Text(context.name.clone()))]),
     };
+    let layers = layers(rendering, context.guide_layers.as_ref());
     exr::write(path, &Window::full(e.width as usize, e.height as usize), layers, &metadata)
 }
 

@@ -101,6 +101,10 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         eprintln!("{}", report.summary());
         outputs.paths().for_each(|path| eprintln!("wrote {}", path.display()));
     }
+    if let Some(found) = report.non_finite() {
+        eprintln!("error: {found}");
+        return Ok(ExitCode::from(super::NOT_FINITE));
+    }
     Ok(if interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 

@@ -1,6 +1,8 @@
 //! The figures of a render, for people and for programs.
 
+use super::output::layers;
 use crate::guiding::settings::GuidingMethod;
+use crate::image::{Layer, NonFinite};
 use crate::inspect::Layers;
 use crate::integrator::Counters;
 use crate::render::guide_file::Subject;
@@ -40,7 +42,11 @@ pub struct Report {
     zero_contribution_share: f64,
     /// Share of the tiles' processor time in Embree's queries.
     embree_share: f64,
+    /// Samples that count as black.
     non_finite_samples: u64,
+    /// Pixels of the picture and its layers, and the first of them.
+    non_finite_pixels: usize,
+    first_non_finite_pixel: Option<NonFinite>,
     guide: GuideReport,
     iterations: Vec<Iteration>,
 }
@@ -85,6 +91,8 @@ impl Report {
         let total = total(&rendering.iterations);
         let seconds = rendering.seconds;
         let guide = rendering.guide.as_ref();
+        let layers = layers(rendering, context.guide_layers.as_ref());
+        let non_finite = Layer::non_finite(&layers, rendering.estimate.width as usize);
         let all_rays = (total.rays + total.shadow_rays) as f64;
         Report {
             schema: SCHEMA,
@@ -112,6 +120,8 @@ impl Report {
             zero_contribution_share: ratio(total.zero_contribution, total.paths),
             embree_share: total.embree.as_secs_f64() / total.total.as_secs_f64().max(1e-9),
             non_finite_samples: total.non_finite,
+            non_finite_pixels: non_finite.as_ref().map_or(0, |found| found.pixels),
+            first_non_finite_pixel: non_finite,
             guide: GuideReport {
                 method: guide.map_or(GuidingMethod::None, |g| g.method()).name(),
                 states: guide.map_or(0, |g| g.states()),
@@ -121,6 +131,11 @@ impl Report {
             },
             iterations: rendering.iterations.iter().map(Iteration::new).collect(),
         }
+    }
+
+    /// What is not finite in the picture and its layers.
+    pub fn non_finite(&self) -> Option<&NonFinite> {
+        self.first_non_finite_pixel.as_ref()
     }
 
     /// The few lines that a person wants at the end.

@@ -37,8 +37,11 @@ struct Picture {
     mean: Vec<Rgb>,
     /// Of the means.
     variance: Vec<Rgb>,
-    /// Sum of weights, for the black and the white squares of a checkerboard over the pixels.
+    /// Sum of weights, for the black and the white squares of a checkerboard over the pixels. They are counts of samples
+    /// where all groups so far told nothing of their noise.
     weight: [f64; 2],
+    /// Whether a group has told something.
+    told: [bool; 2],
     samples: u32,
 }
 
@@ -130,7 +133,7 @@ impl Film {
     pub fn develop(&self) -> Estimate {
         let mut picture = self.picture.clone();
         // a rest too small to be weighed by its own variance joins only where there is nothing else
-        let alone = picture.weight == [0.0; 2] && self.pending.is_none();
+        let alone = picture.samples == 0 && self.pending.is_none();
         let joins = self.group.samples >= MIN_GROUP || alone || self.combine != Combine::InverseVariance;
         let newest = Some(&self.group).filter(|group| joins && group.samples > 0);
         if let Some(newest) = newest {
@@ -165,9 +168,9 @@ impl Film {
         match self.combine {
             Combine::Last => {
                 *picture = Picture::new(self.blank.len());
-                picture.weigh_in(self.width, newest, [1.0; 2]);
+                picture.weigh_in(self.width, newest, [Some(1.0); 2]);
             }
-            Combine::All => picture.weigh_in(self.width, newest, [newest.samples as f64; 2]),
+            Combine::All => picture.weigh_in(self.width, newest, [Some(newest.samples as f64); 2]),
             Combine::InverseVariance => {
                 if let Some(before) = pending {
                     picture.weigh_in(self.width, before, before.weights(self.width as usize, newest));
@@ -179,25 +182,51 @@ impl Film {
 
 impl Picture {
     fn new(pixels: usize) -> Picture {
-        Picture { mean: vec![Rgb::ZERO; pixels], variance: vec![Rgb::ZERO; pixels], weight: [0.0; 2], samples: 0 }
+        Picture {
+            mean: vec![Rgb::ZERO; pixels],
+            variance: vec![Rgb::ZERO; pixels],
+            weight: [0.0; 2],
+            told: [false; 2],
+            samples: 0,
+        }
     }
 
-    fn weigh_in(&mut self, width: u32, group: &Group, weights: [f64; 2]) {
-        let totals = [0, 1].map(|colour| self.weight[colour] + weights[colour]);
-        let new = [0, 1].map(|colour| (weights[colour] / totals[colour]) as f32);
-        let old = [0, 1].map(|colour| (self.weight[colour] / totals[colour]) as f32);
+    fn weigh_in(&mut self, width: u32, group: &Group, weights: [Option<f64>; 2]) {
+        let shares = [0, 1].map(|colour| self.add_weight(colour, weights[colour], group.samples));
+        self.samples += group.samples;
         self.mean.par_iter_mut().zip(&mut self.variance).enumerate().for_each(|(i, (mean, variance))| {
-            let colour = parity(i, width as usize);
+            let (old, new) = shares[parity(i, width as usize)];
             let (newer, newer_variance) = group.moments(i);
             // steps towards the new mean: equal ones stay what they are to the last bit
-            *mean += (newer - *mean) * new[colour];
-            *variance = *variance * old[colour].powi(2) + newer_variance * new[colour].powi(2);
+            *mean += (newer - *mean) * new;
+            *variance = *variance * old.powi(2) + newer_variance * new.powi(2);
         });
-        self.weight = totals;
-        self.samples += group.samples;
+    }
+
+    /// Adds the weight of a group to that of the groups before it, and returns the shares of those and of the group in both
+    /// together. A group that tells nothing of its noise counts as if its samples varied as those of the others do on average.
+    fn add_weight(&mut self, colour: usize, weight: Option<f64>, samples: u32) -> (f32, f32) {
+        let (before, samples) = (self.samples as f64, samples as f64);
+        let new = match (weight, self.told[colour]) {
+            (Some(weight), true) => weight,
+            (Some(weight), false) => {
+                self.weight[colour] = before * weight / samples;
+                weight
+            }
+            (None, true) => samples * self.weight[colour] / before,
+            (None, false) => samples,
+        };
+        self.told[colour] |= weight.is_some();
+        let (old, total) = (self.weight[colour], self.weight[colour] + new);
+        self.weight[colour] = total;
+        ((old / total) as f32, (new / total) as f32)
     }
 }
 
 #[cfg(test)]
 #[path = "accumulate_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "extremes_tests.rs"]
+mod extremes;

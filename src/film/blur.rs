@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Pixels to either side over which a picture is averaged.
-const REACH: usize = 3;
+pub(super) const REACH: usize = 3;
 
 /// Means over a square of pixels, of those that count; 0 where none does.
 pub fn blur(values: &[f64], counts: impl Fn(usize) -> bool + Sync, width: usize) -> Vec<f64> {

@@ -16,6 +16,9 @@ const MOST_OUTLIERS: f64 = 0.05;
 /// Share of a picture's mean luminance below which darker pixels are no more important.
 const FLOOR: f64 = 0.1;
 
+/// The variance of a pixel at most, where squares of its samples are beyond an `f32`; the sum of three is not.
+const MOST_VARIANCE: f32 = f32::MAX / 4.0;
+
 /// Sums of samples, pixel by pixel.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
@@ -30,14 +33,16 @@ impl Group {
         Group { sum: vec![DVec3::ZERO; pixels], sum_squares: vec![Rgb::ZERO; pixels], samples: 0 }
     }
 
-    /// Mean and variance of the mean of a pixel.
+    /// Mean and variance of the mean of a pixel. Both are finite where the samples are.
     pub fn moments(&self, i: usize) -> (Rgb, Rgb) {
-        let n = self.samples as f32;
+        let n = self.samples.max(1) as f32;
         let mean = (self.sum[i] / n as f64).as_vec3();
         if self.samples < 2 {
             return (mean, Rgb::ZERO);
         }
-        (mean, (self.sum_squares[i] / n - mean * mean).max(Rgb::ZERO) / (n - 1.0))
+        let spread = self.sum_squares[i] / n - mean * mean;
+        let bounded = |v: f32| if v.is_finite() { v.clamp(0.0, MOST_VARIANCE) } else { MOST_VARIANCE };
+        (mean, spread.map(bounded) / (n - 1.0))
     }
 
     /// The samples that came after those of `before`.
@@ -61,28 +66,41 @@ impl Group {
     ///
     /// Relative to `picture`, the best there is: against a mean of its own few samples, one of them very bright, a
     /// pixel would seem hardly noisy at all, and what is noisiest would count far too much.
-    pub fn weights(&self, width: usize, picture: &Group) -> [f64; 2] {
+    ///
+    /// `None` where the pixels of the other colour are all black in the group or in `picture`. Such samples have found no
+    /// light and tell nothing of how much it varies; their variance of zero is no sign of a good picture.
+    pub fn weights(&self, width: usize, picture: &Group) -> [Option<f64>; 2] {
         let weight = |colour: usize| {
             let of_colour = |i: &usize| parity(*i, width) == colour;
-            let squares = picture.squares(width, of_colour);
+            if !(0..self.sum.len()).filter(of_colour).any(|i| self.sum[i] != DVec3::ZERO) {
+                return None;
+            }
+            let squares = picture.squares(width, of_colour)?;
             let relative = |i: usize| match luminance(self.moments(i).1) as f64 {
                 0.0 => 0.0,
                 variance => variance / squares[i],
             };
             let all: Vec<f64> = (0..self.sum.len()).filter(of_colour).map(relative).collect();
             let outliers = (OUTLIERS * self.samples as f64).min(MOST_OUTLIERS);
-            1.0 / mean_without_largest(all, outliers).max(MIN_RELATIVE_VARIANCE)
+            Some(1.0 / mean_without_largest(all, outliers).max(MIN_RELATIVE_VARIANCE))
         };
         rayon::join(|| weight(1), || weight(0)).into()
     }
 
-    /// Squares of the luminance about each of the pixels that count, by these alone.
-    fn squares(&self, width: usize, counts: impl Fn(&usize) -> bool + Sync) -> Vec<f64> {
-        let light: Vec<f64> = self.sum.iter().map(|&s| luminance((s / self.samples as f64).as_vec3()) as f64).collect();
+    /// Squares of the luminance about each of the pixels that count, by these alone. They are positive; `None` where all of
+    /// these pixels are black.
+    fn squares(&self, width: usize, counts: impl Fn(&usize) -> bool + Sync) -> Option<Vec<f64>> {
+        let light: Vec<f64> = self.sum.iter().map(|&s| wide_luminance(s / self.samples as f64)).collect();
         let pixels = (0..light.len()).filter(&counts).count();
         let mean = (0..light.len()).filter(&counts).map(|i| light[i]).sum::<f64>() / pixels.max(1) as f64;
-        blur(&light, |i| counts(&i), width).iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect()
+        let square = |l: &f64| l * l + (FLOOR * mean).powi(2);
+        (mean > 0.0).then(|| blur(&light, |i| counts(&i), width).iter().map(square).collect())
     }
+}
+
+/// [`luminance`] of a colour whose luminance may be beyond an `f32`.
+fn wide_luminance(c: DVec3) -> f64 {
+    0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z
 }
 
 /// Colour of pixel `i` on a checkerboard.

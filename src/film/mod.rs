@@ -1,6 +1,7 @@
 //! The film: what is sampled, pixel by pixel, and how it becomes one picture.
 
 pub mod accumulate;
+pub mod alike;
 pub mod blur;
 mod group;
 mod settings;

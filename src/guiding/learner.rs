@@ -221,10 +221,11 @@ impl Returns {
     /// Counts a transition in.
     #[inline]
     pub(super) fn add(&mut self, transition: &Transition) {
-        if transition.scattered == 0.0 {
+        let estimate = transition.target * transition.scattered / transition.pdf;
+        // one whose square is beyond an `f32` would be all that is ever known
+        if transition.scattered == 0.0 || !(estimate * estimate).is_finite() {
             return;
         }
-        let estimate = transition.target * transition.scattered / transition.pdf;
         self.weight += 1.0;
         let step = 1.0 / self.weight;
         self.mean += (estimate - self.mean) * step;
@@ -251,6 +252,9 @@ impl Fraction {
             return;
         }
         let gradient = -product / (pdf * mixture) * (bsdf_pdf - guide_pdf) * share * (1.0 - share);
+        if !(gradient * gradient).is_finite() {
+            return;
+        }
         self.steps += 1;
         self.first = FADE_FIRST * self.first + (1.0 - FADE_FIRST) * gradient;
         self.second = FADE_SECOND * self.second + (1.0 - FADE_SECOND) * gradient * gradient;

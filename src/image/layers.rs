@@ -2,6 +2,7 @@
 
 use crate::math::Rgb;
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// A picture, row after row; row 0 is the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +39,25 @@ pub struct Layer {
     pub channels: Vec<(String, Vec<f32>)>,
 }
 
+/// Pixels with an infinite or undefined number in any channel.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct NonFinite {
+    /// How many.
+    pub pixels: usize,
+    /// Where the first of them is, row by row from the upper left, and a channel of it that is not finite.
+    pub channel: String,
+    pub x: usize,
+    pub y: usize,
+}
+
+impl std::fmt::Display for NonFinite {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let NonFinite { pixels, channel, x, y } = self;
+        let are = if *pixels == 1 { "pixel is" } else { "pixels are" };
+        write!(f, "{pixels} {are} not finite; the first is ({x}, {y}), in channel {channel}")
+    }
+}
+
 impl Layer {
     /// Channels `R`, `G`, `B`.
     pub fn color(name: &str, pixels: &[Rgb]) -> Layer {
@@ -52,6 +72,21 @@ impl Layer {
     /// One channel: `suffix` is `"Y"` by convention, or empty where the name stands alone (depth `Z`).
     pub fn scalar(name: &str, suffix: &str, values: Vec<f32>) -> Layer {
         Layer { name: name.to_owned(), channels: vec![(suffix.to_owned(), values)] }
+    }
+
+    /// What is not finite among layers of a picture with rows of `width` pixels; `None` where all is.
+    pub fn non_finite(layers: &[Layer], width: usize) -> Option<NonFinite> {
+        let channels: Vec<(String, &[f32])> = layers.iter().flat_map(Layer::named_channels).collect();
+        let pixels = channels.first().map_or(0, |(_, values)| values.len());
+        let broken = |&i: &usize| channels.iter().any(|(_, values)| !values[i].is_finite());
+        let first = (0..pixels).find(broken)?;
+        let (channel, _) = channels.iter().find(|(_, values)| !values[first].is_finite())?;
+        let pixels = (first..pixels).into_par_iter().filter(broken).count();
+        Some(NonFinite { pixels, channel: channel.clone(), x: first % width, y: first / width })
+    }
+
+    fn named_channels(&self) -> impl Iterator<Item = (String, &[f32])> {
+        self.channels.iter().map(|(suffix, values)| (self.channel_name(suffix), &values[..]))
     }
 
     fn split(name: &str, suffixes: [&str; 3], pixels: &[Vec3]) -> Layer {
@@ -82,6 +117,24 @@ mod tests {
         assert_eq!(Layer::color("", &pixels).channel_name("R"), "R");
         assert_eq!(Layer::vector("N", &pixels).channels[1], ("Y".to_owned(), vec![2.0, 5.0]));
         assert_eq!(Layer::scalar("Z", "", vec![]).channel_name(""), "Z");
+    }
+
+    #[test]
+    fn what_is_not_finite_is_counted_and_named() {
+        let mut color = Layer::color("", &[Vec3::ONE; 6]);
+        let mut depth = Layer::scalar("", "Z", vec![0.0; 6]);
+        let found = |color: &Layer, depth: &Layer| Layer::non_finite(&[color.clone(), depth.clone()], 3);
+        assert_eq!(found(&color, &depth), None);
+        (depth.channels[0].1[4], color.channels[1].1[5], color.channels[2].1[5]) = (f32::NAN, f32::INFINITY, f32::NAN);
+        let both = found(&color, &depth).unwrap();
+        assert_eq!(both, NonFinite { pixels: 2, channel: "Z".into(), x: 1, y: 1 });
+        assert_eq!(both.to_string(), "2 pixels are not finite; the first is (1, 1), in channel Z");
+        depth.channels[0].1[4] = 1.0;
+        assert_eq!(
+            found(&color, &depth).unwrap().to_string(),
+            "1 pixel is not finite; the first is (2, 1), in channel G"
+        );
+        assert_eq!(Layer::non_finite(&[], 3), None);
     }
 
     #[test]

@@ -7,7 +7,7 @@ pub mod metrics;
 pub mod png;
 pub mod srgb;
 
-pub use layers::{Image, Layer};
+pub use layers::{Image, Layer, NonFinite};
 
 #[cfg(test)]
 pub(crate) mod tests {

@@ -17,7 +17,8 @@ use std::f32::consts::TAU;
 /// Bins along the side of the hemisphere's square, as many as a tree of directions has cells at its finest.
 const SIDE: u32 = 64;
 
-/// Luminance of incident radiance over the hemisphere of a state, in bins of equal solid angle.
+/// Luminance of incident radiance over the hemisphere of a state, in bins of equal solid angle; in W/(sr·m²), whatever the
+/// scene's own unit of light.
 ///
 /// Learnt and traced are one quantity: what next-event estimation at the point does not find. That is all light from
 /// surfaces that reflect, and of emission the share that multiple importance sampling gives to directions drawn from the
@@ -32,7 +33,7 @@ pub struct Radiance {
 #[derive(Clone, Copy, Debug, Default)]
 struct Bin {
     /// Mean of Q.
-    learnt: f32,
+    learnt: f64,
     traced: f64,
     /// Squared standard error of `traced`.
     variance: f64,
@@ -113,9 +114,9 @@ impl Radiance {
         };
         Comparison {
             correlation: correlation(&open),
-            relative_error: relative(sum(&|bin| (f64::from(bin.learnt) - bin.traced).abs())),
+            relative_error: relative(sum(&|bin| (bin.learnt - bin.traced).abs())),
             truth_noise: relative(sum(&|bin| bin.variance.sqrt())),
-            learnt_irradiance: irradiance(&|bin| bin.learnt.into()),
+            learnt_irradiance: irradiance(&|bin| bin.learnt),
             traced_irradiance: irradiance(&|bin| bin.traced),
             directions: open.len(),
             samples_per_direction: self.samples,
@@ -138,12 +139,12 @@ impl Tracer<'_> {
         if starts.is_empty() {
             return Bin::default();
         }
-        let light = self.integrator.radiance(&starts, batch);
-        let light = || light.iter().filter(|l| l.is_finite()).map(|&l| f64::from(luminance(l)));
+        let (light, unit) = (self.integrator.radiance(&starts, batch), self.integrator.scene.light_unit().value());
+        let light = || light.iter().filter(|l| l.is_finite()).map(|&l| unit * f64::from(luminance(l)));
         let mean = light().sum::<f64>() / n;
         let square = light().map(|l| (l - mean).powi(2)).sum::<f64>();
         let q = |start: &Start| view.and_then(|view| view.q(self.seen.normal(), start.ray.dir)).unwrap_or(0.0);
-        let learnt = starts.iter().map(q).sum::<f32>() / n as f32;
+        let learnt = starts.iter().map(|start| unit * f64::from(q(start))).sum::<f64>() / n;
         Bin { learnt, traced: mean, variance: square / (n * (n - 1.0).max(1.0)), open: true }
     }
 
@@ -174,8 +175,8 @@ fn cosine(k: u32) -> f64 {
 fn correlation(bins: &[&Bin]) -> Option<f64> {
     let n = bins.len() as f64;
     let mean = |of: &dyn Fn(&Bin) -> f64| bins.iter().map(|bin| of(bin)).sum::<f64>() / n;
-    let (a, b) = (mean(&|bin| bin.learnt.into()), mean(&|bin| bin.traced));
-    let product = mean(&|bin| (f64::from(bin.learnt) - a) * (bin.traced - b));
-    let squares = mean(&|bin| (f64::from(bin.learnt) - a).powi(2)) * mean(&|bin| (bin.traced - b).powi(2));
+    let (a, b) = (mean(&|bin| bin.learnt), mean(&|bin| bin.traced));
+    let product = mean(&|bin| (bin.learnt - a) * (bin.traced - b));
+    let squares = mean(&|bin| (bin.learnt - a).powi(2)) * mean(&|bin| (bin.traced - b).powi(2));
     (squares > 0.0).then(|| product / squares.sqrt())
 }

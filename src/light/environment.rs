@@ -83,6 +83,18 @@ impl Environment {
         self.luminance_integral
     }
 
+    /// The largest component of all pixels.
+    pub(super) fn brightest(&self) -> f32 {
+        self.pixels.iter().map(|p| p.max_element()).fold(0.0, f32::max)
+    }
+
+    /// The same with all radiance times `factor`, a power of two, which leaves the choice of directions as it is.
+    pub(super) fn scaled(mut self, factor: f64) -> Environment {
+        self.pixels.iter_mut().for_each(|p| *p = (p.as_dvec3() * factor).as_vec3());
+        self.luminance_integral *= factor;
+        self
+    }
+
     /// Radiance from the unit direction `wi` (world space), W/(sr·m²).
     pub fn radiance(&self, wi: Vec3) -> Rgb {
         self.bilinear(&self.place(wi))

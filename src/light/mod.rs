@@ -12,12 +12,14 @@ mod samples;
 #[cfg(test)]
 mod tests;
 mod triangle;
+mod unit;
 
 pub use description::LightDescription;
 pub use environment::Environment;
 pub use lights::Lights;
 pub use samples::LightSamples;
 pub use triangle::EmissiveTriangle;
+pub use unit::LightUnit;
 
 use crate::geometry::Ray;
 use crate::math::{Rgb, luminance};

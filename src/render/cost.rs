@@ -11,6 +11,9 @@ pub(super) const GUIDE_COST: f64 = 0.6;
 /// The same of a transition, recorded and learnt from.
 pub(super) const LEARNING_COST: f64 = 0.5;
 
+/// Seconds in which durations are counted, and the least that anything costs: costs are divided by each other.
+pub(super) const CLOCK_STEP: f64 = 1e-9;
+
 /// An iteration that was just rendered.
 pub struct Rendered<'a> {
     /// Samples per pixel.
@@ -39,7 +42,7 @@ impl Meter {
         let c = rendered.counters;
         let counted = LEARNING_COST * c.transitions as f64;
         let learning = if self.clock { c.recording.as_secs_f64() + rendered.learning } else { counted };
-        let paths = c.paths.max(1) as f64;
-        (self.drawing(c) / paths, (self.drawing(c) + learning) / paths)
+        let (paths, drawing) = (c.paths.max(1) as f64, self.drawing(c).max(CLOCK_STEP));
+        (drawing / paths, (drawing + learning) / paths)
     }
 }

@@ -11,6 +11,7 @@ use crate::guiding::settings::{GuidingMethod, Updates};
 use crate::integrator::probe::Watch;
 use crate::integrator::{Counters, Efficiency};
 use crate::scene::Scene;
+use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
 /// Without a guide all samples are alike, whatever they seem to be.
@@ -98,8 +99,11 @@ impl<'a, W: Watch> Driver<'a, W> {
     /// What came of it.
     pub(super) fn finish(self) -> Rendering {
         let seconds = self.start.elapsed().as_secs_f64();
+        let (mut estimate, unit) = (self.film.develop(), self.scene.light_unit());
+        estimate.mean.par_iter_mut().for_each(|mean| *mean = unit.radiance(*mean));
+        estimate.variance.par_iter_mut().for_each(|variance| *variance = unit.squared_radiance(*variance));
         Rendering {
-            estimate: self.film.develop(),
+            estimate,
             iterations: self.iterations,
             samples: self.samples,
             seconds,

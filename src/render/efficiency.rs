@@ -18,7 +18,8 @@ pub fn efficiency(noise: &Noise, learnt: u32, counters: &Counters) -> Option<Eff
     }
     let rays = (counters.rays as f64 / counters.paths.max(1) as f64).max(1.0);
     Some(Efficiency {
-        inverse_luminance: noise.squares.iter().map(|square| square.sqrt().recip() as f32).collect(),
+        // finite also where a picture is darker than the lights by more than an `f32` tells
+        inverse_luminance: noise.squares.iter().map(|square| (square.sqrt().recip() as f32).min(f32::MAX)).collect(),
         scale: (BOLDNESS * (rays / noise.variance(OUTLIERS)).sqrt()) as f32,
     })
 }

@@ -2,7 +2,8 @@
 //!
 //! All numbers are little-endian: 8 bytes [`MAGIC`], the format's version (`u32`), the number of bytes of the body
 //! (`u64`), the body, and the CRC-32 (IEEE 802.3) of all before it. The body is a [`Header`], and then what was learnt,
-//! both in the wire format of the crate `postcard`.
+//! both in the wire format of the crate `postcard`. Radiance in it is in the
+//! scene's own unit of light.
 
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use crate::guiding::{Guide, Stored};
@@ -18,7 +19,7 @@ use std::path::Path;
 
 const MAGIC: [u8; 8] = *b"PTXGUIDE";
 /// Changes whenever older files would be read wrongly.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Bytes before the body, and after it.
 const HEAD: usize = 20;
 const TAIL: usize = 4;

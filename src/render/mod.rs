@@ -114,3 +114,6 @@ pub fn render_watched<W: Watch>(
     }
     driver.finish()
 }
+
+#[cfg(test)]
+mod edge_tests;

@@ -1,7 +1,8 @@
 //! How noisy one sample of the picture is, by the picture so far.
 
 use crate::film::accumulate::{Estimate, Film};
-use crate::film::blur::{blur, mean_without_largest};
+use crate::film::alike::mean_of_alike;
+use crate::film::blur::mean_without_largest;
 use crate::math::luminance;
 
 /// Share of the picture's mean luminance below which darker pixels are no more important.
@@ -40,8 +41,9 @@ impl Noise {
         if !(mean > 0.0 && mean.is_finite()) {
             return None;
         }
-        let blurred = blur(&light, |_| true, estimate.width as usize);
-        let squares: Vec<f64> = blurred.iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect();
+        let own: Vec<f64> = estimate.variance.iter().map(|&v| luminance(v) as f64).collect();
+        let expected = mean_of_alike(&light, &own, mean, estimate.width as usize);
+        let squares: Vec<f64> = expected.iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect();
         let relative = variances.iter().zip(&squares).map(|(v, square)| v / square).collect();
         let floor = (JUDGED_FLOOR.powi(2) - FLOOR.powi(2)) * mean * mean;
         let noise = Noise { squares, relative, floor, samples: estimate.samples };
@@ -69,12 +71,15 @@ impl Noise {
     }
 
     /// Relative standard error of [`Self::variance_of`], pixels being independent: large where a few carry most of it, as
-    /// where few paths find the light.
+    /// where few paths find the light. 0 where nothing varies.
     pub fn doubt(&self, variances: &[f64], outliers: f64) -> f64 {
         let relative = self.relative_to(variances, self.floor);
         let squares = relative.iter().map(|v| v * v).collect();
         let count = relative.len() as f64;
         let mean = mean_without_largest(relative, outliers);
+        if mean == 0.0 {
+            return 0.0;
+        }
         (mean_without_largest(squares, outliers) / (mean * mean) - 1.0).max(0.0).sqrt() / count.sqrt()
     }
 

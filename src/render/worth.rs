@@ -8,7 +8,7 @@
 //! trial has lost so far is reckoned in samples, and with it what the next iteration is expected to lose: once that is more than
 //! a small share of the budget, and the guide does not win yet, the render goes on without it.
 
-use super::cost::{Meter, Rendered};
+use super::cost::{CLOCK_STEP, Meter, Rendered};
 use super::noise::Noise;
 use super::outlook::Outlook;
 use super::verdict::{Reason, Trial, Verdict};
@@ -173,7 +173,7 @@ impl Worth {
     /// Takes a pass of the yardstick over the picture: counters before and after.
     pub fn add_pass(&mut self, before: &Counters, after: &Counters) {
         let paths = (after.paths - before.paths).max(1) as f64;
-        self.passes.push((self.meter.drawing(after) - self.meter.drawing(before)) / paths);
+        self.passes.push((self.meter.drawing(after) - self.meter.drawing(before)).max(CLOCK_STEP) / paths);
     }
 
     /// Of an unguided camera path, once the yardstick has a pass. Where it has several, the first only warms caches.
@@ -193,7 +193,7 @@ impl Worth {
         let bounced: Vec<f64> = std::mem::take(&mut self.bounced).into_iter().map(of_bounced).collect();
         let bounced = noise.variance_of(&bounced, outliers(n));
         self.variance = noise.variance_of(&noise.variances(), outliers(n));
-        let share = bounced / self.variance;
+        let share = if self.variance > 0.0 { bounced / self.variance } else { 0.0 };
         self.reason = if share < LEAST_SHARE || bounced < CALM {
             Reason::Calm
         } else if budget < LEAST_SAMPLES || budget * (self.pixels as f64) < LEAST_PATHS {
@@ -234,6 +234,11 @@ impl Worth {
         let (drawing, whole) = self.meter.of_path(rendered);
         let (drawing, whole) = (drawing / yardstick.cost, whole / yardstick.cost);
         let guided = noise.variance_of(variances, after);
+        if !(guided > 0.0 && unguided > 0.0) {
+            // all that varies is outliers, if it found any light: that says nothing of the guide
+            self.spent += samples * whole;
+            return;
+        }
         let trial = Trial { variance_ratio: guided / unguided, cost_ratio: drawing };
         let doubt = noise.doubt(&yardstick.variances, before).hypot(noise.doubt(variances, after));
         let risk = yardstick.share * noise.spread(&yardstick.variances, before) / RISKY;

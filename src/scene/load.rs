@@ -9,7 +9,7 @@ use crate::bsdf::{BsdfDescription, CoatTables};
 use crate::embree::Device;
 use crate::geometry::{Indices, Mesh, Placement};
 use crate::image::exr::read_rgb;
-use crate::light::{EmissiveTriangle, Environment, Light, LightDescription, Lights};
+use crate::light::{EmissiveTriangle, Environment, Light, LightDescription, LightUnit, Lights};
 use crate::math::Rgb;
 use crate::scene::description::{MaterialDescription, MeshDescription, SceneDescription};
 use crate::texture::{ColorTexture, ScalarTexture, TextureCache};
@@ -61,7 +61,8 @@ impl Scene {
         let build_seconds = start.elapsed().as_secs_f64();
 
         let bounds = geometry.bounds().ok_or_else(|| Error::Scene("the scene has no extent".into()))?;
-        let lights = lights(description, &meshes, &instances, &resolved, bounds, &mut warnings)?;
+        let (lights, light_unit) = lights(description, &meshes, &instances, &resolved, bounds, &mut warnings)?;
+        let reckoned = resolved.iter().map(|m| m.with_emission(|emission| light_unit.divide(emission)));
         let camera = description.camera.clone().unwrap_or_else(|| Camera::for_bounds(bounds.0, bounds.1));
         let film = &description.film;
         let content_hash = content_hash(description, &meshes, &instances, &materials);
@@ -72,9 +73,10 @@ impl Scene {
             content_hash,
             meshes,
             instances,
-            materials: resolved,
+            materials: Arc::new(reckoned.collect()),
             textures,
             lights,
+            light_unit,
             bounds,
             build_seconds,
         };
@@ -182,6 +184,7 @@ fn transform(mesh: &mut Mesh, placement: &Placement) {
     }
 }
 
+/// All lights, and the unit of their emission.
 fn lights(
     description: &SceneDescription,
     meshes: &[Arc<Mesh>],
@@ -189,17 +192,21 @@ fn lights(
     materials: &[Material],
     bounds: (Vec3, Vec3),
     warnings: &mut Vec<String>,
-) -> Result<Lights> {
+) -> Result<(Lights, LightUnit)> {
     let own = (0..).zip(meshes).flat_map(|(k, mesh)| emitters(k, mesh, materials, |t| mesh.corners(t)));
     let placed = instances.surfaces();
     let placed = placed.flat_map(|(k, mesh, place)| emitters(k, mesh, materials, |t| place.facet(mesh, t)));
-    let emissive: Vec<EmissiveTriangle> = own.chain(placed).collect();
+    let mut emissive: Vec<EmissiveTriangle> = own.chain(placed).collect();
     let mut others = description.lights.iter().map(|light| far_light(light, warnings)).collect::<Result<Vec<_>>>()?;
     if emissive.is_empty() && others.is_empty() {
         warnings.push("nothing emits light in this scene: a constant sky of radiance 1 is added".into());
         others.push(Light::Constant { radiance: Rgb::ONE });
     }
-    Lights::build(&emissive, others, 0.5 * (bounds.1 - bounds.0).length())
+    let radius = 0.5 * (bounds.1 - bounds.0).length();
+    let unit = LightUnit::of(&emissive, &others, radius);
+    emissive.iter_mut().for_each(|triangle| triangle.radiance = unit.divide(triangle.radiance));
+    let others = others.into_iter().map(|light| unit.divide_light(light)).collect();
+    Ok((Lights::build(&emissive, others, radius)?, unit))
 }
 
 /// The triangles of surface `k` that emit; `corners` are in world space.

@@ -95,6 +95,11 @@ impl Material {
         if front || self.emission_two_sided { self.emission } else { Rgb::ZERO }
     }
 
+    /// The same material with another emission on the sides that emit.
+    pub fn with_emission(&self, change: impl Fn(Rgb) -> Rgb) -> Material {
+        Material { emission: change(self.emission), ..self.clone() }
+    }
+
     #[inline]
     pub fn emits(&self) -> bool {
         self.emits

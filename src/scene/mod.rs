@@ -15,7 +15,7 @@ pub(crate) use load::Gathered;
 use crate::bsdf::Bsdf;
 use crate::embree;
 use crate::geometry::{Hit, Mesh, Ray, SurfaceInteraction, Surfaces};
-use crate::light::Lights;
+use crate::light::{LightUnit, Lights};
 use crate::math::Rgb;
 use crate::texture::Texture;
 use glam::Vec3;
@@ -33,6 +33,8 @@ pub struct Scene {
     materials: Arc<Vec<Material>>,
     textures: Arc<Vec<Texture>>,
     lights: Lights,
+    /// What all emission here is a multiple of.
+    light_unit: LightUnit,
     bounds: (Vec3, Vec3),
     hash: u64,
     content_hash: u64,
@@ -77,7 +79,13 @@ impl Scene {
         material.bsdf(&self.textures, uv)
     }
 
-    /// Radiance that the surface emits to the side it is seen from.
+    /// The unit of all light in this scene: of its lights, and of what is traced in it.
+    #[inline]
+    pub fn light_unit(&self) -> LightUnit {
+        self.light_unit
+    }
+
+    /// Radiance that the surface emits to the side it is seen from, in [`Self::light_unit`].
     #[inline]
     pub fn emission(&self, si: &SurfaceInteraction) -> Rgb {
         self.materials[si.material as usize].emission(si.front)

@@ -9,6 +9,7 @@ mod cli;
 mod common;
 mod convergence;
 mod determinism;
+mod extremes;
 mod instances;
 mod layers;
 mod paper;

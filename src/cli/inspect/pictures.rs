@@ -27,7 +27,8 @@ impl Pictures<'_> {
     /// Learnt beside traced, over the sphere and over the state's hemisphere.
     pub fn radiance(&self, guide: &Guide, seen: &Seen, radiance: &Radiance) -> Result<()> {
         let (view, normal) = (seen.state(guide).and_then(|key| guide.view(key)), seen.normal());
-        let learnt = |w| view.as_ref()?.q(normal, w);
+        let unit = self.scene.light_unit().value();
+        let learnt = |w| Some((unit * f64::from(view.as_ref()?.q(normal, w)?)) as f32);
         let traced = |w| radiance.traced(w);
         let white = radiance.quantile(WHITE).max(f32::MIN_POSITIVE);
         let charts = [

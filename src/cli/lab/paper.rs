@@ -122,6 +122,9 @@ impl Studio<'_> {
         let context = self.context(&scene, &path, &description);
         let report = Report::new(&context, &rendering);
         outputs.write(&context, &description, &rendering, &report)?;
+        if let Some(found) = report.non_finite() {
+            bail!("{}: {found}", named("exr").display());
+        }
         if self.stopped() {
             return Ok(None);
         }

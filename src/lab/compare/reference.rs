@@ -52,13 +52,16 @@ pub fn file_name(name: &str, scene: &Scene, description: &SceneFile) -> String {
 /// Reads a reference; its variance where the file has layers `variance.R`, `.G`, `.B`.
 ///
 /// # Errors
-/// As of [`read_rgb`]; a picture of another size than the scene's.
+/// As of [`read_rgb`]; a picture of another size than the scene's, or with pixels that are not finite.
 pub fn read(path: &Path, scene: &Scene) -> Result<Reference> {
     let image = read_rgb(path)?;
     let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
     if (image.width, image.height) != (width, height) {
         let found = format!("{} × {}", image.width, image.height);
         return Err(Error::file(path, format!("the reference has {found} pixels, the scene {width} × {height}")));
+    }
+    if let Some(found) = Layer::non_finite(&[Layer::color("", &image.data)], width) {
+        return Err(Error::file(path, format!("the reference cannot be compared with: {found}")));
     }
     let layers = read_layers(path)?;
     let channel = |suffix: &str| layers.channels.get(&format!("variance.{suffix}"));
