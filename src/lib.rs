@@ -48,6 +48,7 @@ pub mod integrator;
 pub mod light;
 pub mod math;
 pub mod paper;
+pub mod platform;
 pub mod render;
 pub mod scene;
 pub mod stats;

@@ -8,6 +8,7 @@ use super::render::{stop_flag, trained, warn, watched};
 use crate::guiding::file::Trained;
 use crate::guiding::{Guide, Survey};
 use crate::inspect::{Comparison, Layers, Radiance, Seen};
+use crate::platform::Platform;
 use crate::render::Keeping;
 use crate::scene::description::{GuidingMethod, SceneDescription};
 use crate::scene::{Scene, file};
@@ -56,6 +57,7 @@ pub struct InspectArguments {
 struct Report {
     schema: u32,
     phototaxis: &'static str,
+    platform: Platform,
     scene: String,
     scene_hash: String,
     pixel: (u32, u32),
@@ -79,13 +81,13 @@ struct State {
 }
 
 pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
-    super::set_threads(arguments.choices.threads)?;
+    let threads = arguments.choices.machine.start(arguments.quiet)?;
     let (description, warnings) =
         file::load(&arguments.scene, &arguments.choices.overrides(arguments.spp.map(|n| format!("render.spp={n}"))))?;
     if description.guiding.method == GuidingMethod::None {
         bail!("there is no guide to look at: guiding.method is none");
     }
-    let (scene, more_warnings) = Scene::load(&description, arguments.choices.threads)?;
+    let (scene, more_warnings) = Scene::load(&description, threads)?;
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
     }
@@ -139,6 +141,7 @@ fn report(arguments: &InspectArguments, scene: &Scene, guide: &Guide, seen: &See
     Report {
         schema: SCHEMA,
         phototaxis: env!("CARGO_PKG_VERSION"),
+        platform: Platform::of(scene.geometry().device()),
         scene: arguments.scene.display().to_string(),
         scene_hash: scene.content_hash_text(),
         pixel: arguments.pixel,

@@ -8,10 +8,10 @@ use crate::film::image::{Image, Layer};
 use crate::film::png;
 use crate::guiding::file as guide_file;
 use crate::inspect::Layers;
+use crate::platform::Platform;
 use crate::render::Rendering;
 use crate::scene::description::SceneDescription;
 use anyhow::{Context as _, Result, bail};
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -116,12 +116,14 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
         ),
     ];
     layers.extend(context.guide_layers.iter().flat_map(Layers::channels));
+    let mut extra = Platform::of(context.scene.geometry().device()).attributes();
+    extra.insert("scene".into(), Attribute::Text(context.name.clone()));
     let metadata = Metadata {
         scene_hash: context.scene.hash_text(),
         samples_per_pixel: e.samples,
         render_time_seconds: rendering.seconds as f32,
         seed: context.seed,
-        extra: BTreeMap::from([("scene".to_string(), Attribute::Text(context.name.clone()))]),
+        extra,
     };
     exr::write(path, &Window::full(e.width as usize, e.height as usize), layers, &metadata)
 }

@@ -62,13 +62,13 @@ pub struct RenderArguments {
 }
 
 pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
-    super::set_threads(arguments.choices.threads)?;
+    let threads = arguments.choices.machine.start(arguments.quiet)?;
     let (description, warnings) = file::load(&arguments.scene, &overrides(arguments))?;
     let outputs =
         Outputs::new(&arguments.output, arguments.json.as_ref(), arguments.guide_out.as_ref(), &arguments.scene)?;
     check_guide_options(arguments, &description, &outputs)?;
     let load = Instant::now();
-    let (scene, more_warnings) = Scene::load(&description, arguments.choices.threads)?;
+    let (scene, more_warnings) = Scene::load(&description, threads)?;
     let load_seconds = load.elapsed().as_secs_f64();
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());

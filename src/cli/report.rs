@@ -3,6 +3,7 @@
 use crate::guiding::file::Subject;
 use crate::inspect::Layers;
 use crate::integrator::Counters;
+use crate::platform::Platform;
 use crate::render::{IterationReport, Reason, Rendering, Trial, Verdict};
 use crate::scene::Scene;
 use crate::scene::description::GuidingMethod;
@@ -16,6 +17,7 @@ const SCHEMA: u32 = 1;
 pub struct Report {
     schema: u32,
     phototaxis: &'static str,
+    platform: Platform,
     scene: String,
     scene_hash: String,
     seed: u64,
@@ -89,6 +91,7 @@ impl Report {
         Report {
             schema: SCHEMA,
             phototaxis: env!("CARGO_PKG_VERSION"),
+            platform: Platform::of(context.scene.geometry().device()),
             scene: context.name.clone(),
             scene_hash: context.scene.hash_text(),
             seed: context.seed,
@@ -144,6 +147,7 @@ impl Report {
             );
         }
         text += &self.guide.verdict.map_or(String::new(), |verdict| format!("\n{}", reason(&verdict)));
+        text += &self.platform.advice().map_or(String::new(), |advice| format!("\n{advice}"));
         text
     }
 }

@@ -6,12 +6,12 @@ use crate::film::accumulate::Estimate;
 use crate::film::exr::{self, Attribute, Metadata, Window, read_layers, read_rgb};
 use crate::film::image::{Image, Layer};
 use crate::math::Rgb;
+use crate::platform::Platform;
 use crate::render::{self, Progress, Rendering};
 use crate::scene::Scene;
 use crate::scene::description::{Combine, GuidingMethod, Order, SceneDescription};
 use crate::{Error, Result};
 use rustc_hash::FxHasher;
-use std::collections::BTreeMap;
 use std::hash::Hasher;
 use std::path::Path;
 
@@ -185,7 +185,7 @@ impl Growing {
             samples_per_pixel: self.samples,
             render_time_seconds: self.seconds as f32,
             seed,
-            extra: BTreeMap::new(),
+            extra: Platform::of(scene.geometry().device()).attributes(),
         };
         exr::write(path, &Window::full(image.width, image.height), layers, &metadata)
     }

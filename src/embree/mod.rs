@@ -10,6 +10,7 @@ mod compat;
 mod device;
 mod geometry;
 pub mod instructions;
+mod isa;
 mod packet;
 mod packing;
 mod scene;
@@ -27,6 +28,7 @@ mod sys {
 pub use batch::{HitBatch, ShadowBatch};
 pub use device::Device;
 pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest};
+pub use isa::{ISA_VARIABLE, Isa};
 pub use packet::{Hit, HitPacket, HitRows, NOTHING, Packet8, Packet16, Ray, RayRows, Shadow8, Shadow16, ShadowPacket};
 pub use packing::{Number, Packing};
 pub use scene::{Coherence, Scene, SceneBuilder};

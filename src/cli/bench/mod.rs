@@ -7,6 +7,7 @@ mod output;
 mod rays;
 mod render;
 
+use crate::cli::choices::Machine;
 use crate::cli::render::warn;
 use crate::scene::description::SceneDescription;
 use crate::scene::{Scene, file};
@@ -51,9 +52,8 @@ pub fn run(arguments: &BenchArguments) -> Result<ExitCode> {
 struct Subject {
     /// Scene file (.toml), interchange scene (.json) or model (.obj).
     scene: PathBuf,
-    /// Threads; 0 takes all of the machine's.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    #[command(flatten)]
+    machine: Machine,
     /// Overrides a key of the scene file, for example film.width=512; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -62,9 +62,9 @@ struct Subject {
 impl Subject {
     /// The scene, after `first` and what `--set` says; prints its warnings.
     fn load(&self, first: &[String]) -> Result<(SceneDescription, Scene)> {
-        crate::cli::set_threads(self.threads)?;
+        let threads = self.machine.start(false)?;
         let (description, warnings) = file::load(&self.scene, &[first, &self.set].concat())?;
-        let (scene, more) = Scene::load(&description, self.threads)?;
+        let (scene, more) = Scene::load(&description, threads)?;
         warn(&[warnings, more].concat());
         Ok((description, scene))
     }

@@ -7,6 +7,7 @@ mod faults;
 mod gallery;
 mod guides;
 mod paper;
+mod processors;
 mod render;
 mod stopping;
 

@@ -4,6 +4,7 @@
 
 pub mod still_life;
 
+use phototaxis::embree::{Device, Isa};
 use phototaxis::film::accumulate::Estimate;
 use phototaxis::math::{Rgb, luminance};
 use phototaxis::render::{Rendering, Settings, render};
@@ -13,6 +14,7 @@ use phototaxis::stats::Summary;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A loaded scene and what its file says beside it.
 pub struct Loaded {
@@ -42,7 +44,17 @@ pub fn describe(path: &Path, overrides: &[&str]) -> SceneDescription {
 const ALL: usize = 0;
 
 pub fn build(description: &SceneDescription) -> Loaded {
-    let (scene, _) = Scene::load(description, ALL).unwrap_or_else(|error| panic!("{error}"));
+    build_on(Device::new(ALL), description)
+}
+
+/// The same with Embree held to an instruction set.
+pub fn build_with(isa: Isa, description: &SceneDescription) -> Loaded {
+    build_on(Device::held_to(Some(isa), ALL), description)
+}
+
+fn build_on(device: phototaxis::Result<Arc<Device>>, description: &SceneDescription) -> Loaded {
+    let loaded = device.and_then(|device| Scene::load_on(device, description));
+    let (scene, _) = loaded.unwrap_or_else(|error| panic!("{error}"));
     let settings = Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),
