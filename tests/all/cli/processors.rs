@@ -3,6 +3,7 @@
 use super::{TINY, folder, names, phototaxis, scene, stderr, stdout};
 use phototaxis::embree::{ISA_VARIABLE, Isa};
 use phototaxis::film::exr::{Attribute, read_layers};
+use phototaxis::platform::Platform;
 use serde_json::Value;
 use std::path::Path;
 
@@ -102,6 +103,8 @@ fn the_version_names_build_processor_and_embree() {
             assert!(text.starts_with(&format!("phototaxis {}", env!("CARGO_PKG_VERSION"))), "{text}");
             assert!(text.contains("compiled for ") && text.contains("Embree "), "{text}");
             assert!(text.lines().next().unwrap().ends_with(&format!("with {}", isa.name())), "{text}");
+            let all = text.contains(&format!("compiled for {},", Platform::here().unwrap().processor));
+            assert_eq!(text.contains("make build") && text.contains("make portable"), !all, "{text}");
         }
     }
 }
@@ -118,7 +121,7 @@ fn errors_and_benches_say_what_they_ran_on() {
     of(&[&["render", scene, "-q", "--spp", "2", "-o", "a.exr"], &TINY[..]].concat());
     let json = |text: String| serde_json::from_str::<Value>(&text).unwrap()["platform"]["embree_isa"].clone();
     assert!(json(of(&["error", "a.exr", "--reference", "a.exr"])).is_string());
-    let bench = [&["bench", "render", scene, "--turns", "1", "--spp", "2", "--methods", "none"], &TINY[..]].concat();
+    let bench = [&["bench", "render", scene, "--turns", "1", "--spp", "32", "--methods", "none"], &TINY[..]].concat();
     assert!(json(of(&[&bench[..], &["--json", "-"]].concat())).is_string());
     let table = of(&bench);
     assert!(table.starts_with("phototaxis ") && table.lines().next().unwrap().contains("Embree"), "{table}");

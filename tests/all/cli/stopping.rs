@@ -1,6 +1,6 @@
 //! Renders that end by the clock or by a signal.
 
-use super::{TINY, folder, names, phototaxis, scene};
+use super::{TINY, folder, names, phototaxis, program, scene};
 use phototaxis::film::exr::read_layers;
 use serde_json::Value;
 use std::path::Path;
@@ -60,7 +60,7 @@ struct LongRender(Child);
 
 impl LongRender {
     fn start(here: &Path) -> LongRender {
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("phototaxis"));
+        let mut command = Command::new(program());
         command.current_dir(here).arg("render").arg(scene("cornell.toml")).args(TINY);
         command.args([
             "--time",
