@@ -1,9 +1,10 @@
-//! Makes the Rust declarations of Embree's C API from the headers that the system has.
+//! Makes the Rust declarations of Embree's C API from the headers that the system has, and asks git which commit this is.
 //!
 //! Embree 4 is taken where it is found, else Embree 3. `EMBREE_DIR` names the root of any other
 //! install (`include/embree4/rtcore.h` and `lib/libembree4.so` below it).
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 const ADVICE: [&str; 3] = [
     "Phototaxis needs Embree 3.13 or 4, headers and library, and libclang to read the headers.",
@@ -30,6 +31,34 @@ fn main() {
     println!("cargo::rustc-cfg=embree{}", embree.major);
     link(&embree);
     generate(&embree);
+    name_commit();
+}
+
+/// Sets PHOTOTAXIS_COMMIT to the commit that this folder is at, with `-dirty` where what the program is made of has been
+/// changed since. Without git, or outside of a repository of its own (unpacked below another), nothing is set.
+fn name_commit() {
+    // With these the script runs again, and asks again, whenever the answer may be another.
+    ["src", "Cargo.toml", "Cargo.lock"].iter().for_each(|path| println!("cargo::rerun-if-changed={path}"));
+    let own = std::env::current_dir().and_then(|folder| folder.canonicalize()).ok();
+    let top = git(&["rev-parse", "--show-toplevel"]).and_then(|path| PathBuf::from(path).canonicalize().ok());
+    if top.is_none() || top != own {
+        return;
+    }
+    for file in ["HEAD", "logs/HEAD"] {
+        let path = git(&["rev-parse", "--git-path", file]).filter(|path| Path::new(path).exists());
+        path.iter().for_each(|path| println!("cargo::rerun-if-changed={path}"));
+    }
+    let changed = git(&["status", "--porcelain", "--", "src", "build.rs", "Cargo.toml", "Cargo.lock"]);
+    if let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) {
+        let dirty = if changed.is_none_or(|files| !files.is_empty()) { "-dirty" } else { "" };
+        println!("cargo::rustc-env=PHOTOTAXIS_COMMIT={commit}{dirty}");
+    }
+}
+
+/// What git prints; `None` where it fails, or is not there.
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").arg("--no-optional-locks").args(arguments).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
 }
 
 fn find_embree() -> Embree {

@@ -28,8 +28,8 @@
 //!    positions, normals and directions. Nothing outside [`cli`] prints or exits. `unsafe` is in [`embree`] and [`simd`].
 //! 2. The guide is frozen during an iteration. Sampling and pdf read one snapshot, so MIS weights are exact and every
 //!    iteration is an unbiased estimate. Learning takes `&mut self` between rounds, and changes no snapshot.
-//! 3. The same scene, seed and sample budget give the same image, bit for bit, with any number of threads: what the
-//!    tiles learnt is folded in the order of tiles.
+//! 3. The same scene, seed and sample budget give the same image, bit for bit, with any number of threads, by one build
+//!    at one instruction set of Embree's (docs/processors.md): what the tiles learnt is folded in the order of tiles.
 //! 4. A guide may change the noise, never the answer.
 //! 5. Scaling all emission scales the image and changes nothing else: no absolute floor or epsilon in the guide.
 //!
@@ -56,6 +56,7 @@ pub mod io;
 pub mod lab;
 pub mod light;
 pub mod math;
+pub mod platform;
 pub mod render;
 pub mod scene;
 pub mod simd;

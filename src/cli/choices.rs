@@ -1,8 +1,37 @@
 //! Options that several subcommands share, and what they override in a scene file.
 
+use crate::embree::{ISA_VARIABLE, Isa};
+use anyhow::Result;
 use clap::{Args, ValueEnum};
+use std::num::NonZero;
 
-/// Which guide, which numbers, how many threads.
+/// What of the machine is used.
+#[derive(Args)]
+pub struct Machine {
+    /// Threads, at most as many as there are processors; 0 takes all. What is rendered does not depend on it.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+    /// Holds Embree to an instruction set: sse4.2, avx, avx2 or avx512, where the processor has it. Another one gives
+    /// another picture of the same quality. [default: the largest there is]
+    #[arg(long, value_name = "SET", env = ISA_VARIABLE, value_parser = |text: &str| text.parse::<Isa>())]
+    isa: Option<Isa>,
+}
+
+impl Machine {
+    /// Starts the threads and settles what Embree uses. Returns the number of threads for Embree, 0 for all.
+    pub fn start(&self, quiet: bool) -> Result<usize> {
+        let processors = std::thread::available_parallelism().map_or(usize::MAX, NonZero::get);
+        let threads = self.threads.min(processors);
+        if threads < self.threads && !quiet {
+            eprintln!("warning: --threads {} is limited to the number of processors, {processors}", self.threads);
+        }
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+        self.isa.into_iter().for_each(Isa::choose);
+        Ok(threads)
+    }
+}
+
+/// Which guide, which numbers, what of the machine.
 #[derive(Args)]
 pub struct Choices {
     /// The guide: what learns where light comes from. [default: the scene file's, else auto]
@@ -11,9 +40,8 @@ pub struct Choices {
     /// Seed of the random numbers. [default: the scene file's, else 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Threads; 0 takes all of the machine's. The picture does not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub threads: usize,
+    #[command(flatten)]
+    pub machine: Machine,
     /// Overrides a key of the scene file, for example guiding.resolution=32; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,

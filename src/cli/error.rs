@@ -4,6 +4,7 @@ use crate::image::exr::{read_layers, read_rgb};
 use crate::image::metrics::{Errors, compare};
 use crate::image::{Image, Layer};
 use crate::math::Rgb;
+use crate::platform::Platform;
 use crate::stats::Summary;
 use anyhow::Result;
 use clap::Args;
@@ -23,6 +24,7 @@ pub struct ErrorArguments {
 
 #[derive(Serialize)]
 struct Report {
+    platform: Platform,
     images: Vec<ImageReport>,
     /// Over the pictures, where there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,6 +64,7 @@ pub fn run(arguments: &ErrorArguments) -> Result<ExitCode> {
         images.push(ImageReport { image: path.clone(), non_finite_pixels, errors });
     }
     let report = Report {
+        platform: Platform::here()?,
         relmse: mean(&images, |errors| errors.relmse),
         relmse_trimmed: mean(&images, |errors| errors.relmse_trimmed),
         relmse_of_reference: own_noise(&arguments.reference, &reference)?,

@@ -10,6 +10,7 @@ use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::guiding::{Guide, Survey};
 use crate::inspect::{Comparison, Layers, Radiance, Seen};
+use crate::platform::Platform;
 use crate::render::Keeping;
 use crate::render::guide_file::Trained;
 use crate::scene::Scene;
@@ -58,6 +59,7 @@ pub struct InspectArguments {
 struct Report {
     schema: u32,
     phototaxis: &'static str,
+    platform: Platform,
     scene: String,
     scene_hash: String,
     pixel: (u32, u32),
@@ -81,13 +83,13 @@ struct State {
 }
 
 pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
-    super::set_threads(arguments.choices.threads)?;
+    let threads = arguments.choices.machine.start(arguments.quiet)?;
     let (description, warnings) =
         format::load(&arguments.scene, &arguments.choices.overrides(arguments.spp.map(|n| format!("render.spp={n}"))))?;
     if description.guiding.method == GuidingMethod::None {
         bail!("there is no guide to look at: guiding.method is none");
     }
-    let (scene, more_warnings) = Scene::load(&description.scene, arguments.choices.threads, description.render.robust)?;
+    let (scene, more_warnings) = Scene::load(&description.scene, threads, description.render.robust)?;
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
     }
@@ -141,6 +143,7 @@ fn report(arguments: &InspectArguments, scene: &Scene, guide: &Guide, seen: &See
     Report {
         schema: SCHEMA,
         phototaxis: env!("CARGO_PKG_VERSION"),
+        platform: Platform::of(scene.geometry().device()),
         scene: arguments.scene.display().to_string(),
         scene_hash: scene.content_hash_text(),
         pixel: arguments.pixel,

@@ -16,7 +16,9 @@ mod progress;
 mod render;
 mod report;
 
+use crate::platform::Platform;
 use anyhow::Context as _;
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
@@ -49,7 +51,7 @@ enum Command {
 
 /// Runs the command that `argv` names.
 pub fn run() -> ExitCode {
-    let result = match Arguments::parse().command {
+    let result = match Arguments::try_parse().unwrap_or_else(|error| leave(&error)).command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Error(arguments) => error::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
@@ -61,12 +63,27 @@ pub fn run() -> ExitCode {
     })
 }
 
+/// Where there is nothing to run: help, the version, or wrong usage.
+fn leave(error: &clap::Error) -> ! {
+    if error.kind() == ErrorKind::DisplayVersion {
+        let printed = version();
+        printed.iter().for_each(|lines| _ = print(lines));
+        if let Err(error) = &printed {
+            eprintln!("error: {error:#}");
+        }
+        std::process::exit(printed.is_err().into())
+    }
+    error.exit()
+}
+
+/// The program and what it runs on.
+fn version() -> crate::Result<String> {
+    let platform = Platform::here()?;
+    let advice = platform.advice().map_or(String::new(), |advice| format!("\n{advice}"));
+    Ok(format!("phototaxis {}{advice}", platform.summary()))
+}
+
 /// Writes a line to standard output. Where that is closed (a pipe into `head`), it is an error and no panic.
 fn print(line: &str) -> anyhow::Result<()> {
     writeln!(std::io::stdout(), "{line}").context("standard output")
-}
-
-/// Sets the number of worker threads, 0 for all of the machine's.
-fn set_threads(threads: usize) -> anyhow::Result<()> {
-    Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?)
 }

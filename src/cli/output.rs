@@ -7,10 +7,10 @@ use crate::image::exr::{self, Attribute, Metadata, Window};
 use crate::image::{Image, Layer, png};
 use crate::inspect::Layers;
 use crate::io::atomic::write_atomically;
+use crate::platform::Platform;
 use crate::render::Rendering;
 use crate::render::guide_file;
 use anyhow::{Context as _, Result, bail};
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -121,12 +121,14 @@ pub(super) fn layers(rendering: &Rendering, guide: Option<&Layers>) -> Vec<Layer
 
 fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Result<()> {
     let e = &rendering.estimate;
+    let mut extra = Platform::of(context.scene.geometry().device()).attributes();
+    extra.insert("scene".into(), Attribute::Text(context.name.clone()));
     let metadata = Metadata {
         scene_hash: context.scene.hash_text(),
         samples_per_pixel: e.samples,
         render_time_seconds: rendering.seconds as f32,
         seed: context.seed,
-        extra: BTreeMap::from([("scene".to_string(), Attribute::Text(context.name.clone()))]),
+        extra,
     };
     let layers = layers(rendering, context.guide_layers.as_ref());
     exr::write(path, &Window::full(e.width as usize, e.height as usize), layers, &metadata)

@@ -64,13 +64,13 @@ pub struct RenderArguments {
 }
 
 pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
-    super::set_threads(arguments.choices.threads)?;
+    let threads = arguments.choices.machine.start(arguments.quiet)?;
     let (description, warnings) = format::load(&arguments.scene, &overrides(arguments))?;
     let outputs =
         Outputs::new(&arguments.output, arguments.json.as_ref(), arguments.guide_out.as_ref(), &arguments.scene)?;
     check_guide_options(arguments, &description, &outputs)?;
     let load = Instant::now();
-    let (scene, more_warnings) = Scene::load(&description.scene, arguments.choices.threads, description.render.robust)?;
+    let (scene, more_warnings) = Scene::load(&description.scene, threads, description.render.robust)?;
     let load_seconds = load.elapsed().as_secs_f64();
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());

@@ -5,6 +5,7 @@ use crate::guiding::settings::GuidingMethod;
 use crate::image::{Layer, NonFinite};
 use crate::inspect::Layers;
 use crate::integrator::Counters;
+use crate::platform::Platform;
 use crate::render::guide_file::Subject;
 use crate::render::{IterationReport, Reason, Rendering, Trial, Verdict};
 use crate::scene::Scene;
@@ -18,6 +19,7 @@ const SCHEMA: u32 = 1;
 pub struct Report {
     schema: u32,
     phototaxis: &'static str,
+    platform: Platform,
     scene: String,
     scene_hash: String,
     seed: u64,
@@ -97,6 +99,7 @@ impl Report {
         Report {
             schema: SCHEMA,
             phototaxis: env!("CARGO_PKG_VERSION"),
+            platform: Platform::of(context.scene.geometry().device()),
             scene: context.name.clone(),
             scene_hash: context.scene.hash_text(),
             seed: context.seed,
@@ -159,6 +162,7 @@ impl Report {
             );
         }
         text += &self.guide.verdict.map_or(String::new(), |verdict| format!("\n{}", reason(&verdict)));
+        text += &self.platform.advice().map_or(String::new(), |advice| format!("\n{advice}"));
         text
     }
 }

@@ -69,8 +69,16 @@ impl<P: HitPacket> HitBatch<P> {
     /// Finds all closest hits.
     pub fn trace(&mut self, scene: &Scene, coherence: Coherence) {
         let coherence = scene.allowed(coherence);
+        self.disable_unused();
         for (k, packet) in self.packets[..self.len.div_ceil(P::WIDTH)].iter_mut().enumerate() {
             packet.trace(scene, P::WIDTH.min(self.len - k * P::WIDTH), coherence);
+        }
+    }
+
+    /// Only the last packet can have lanes that hold no ray; they hold what was packed or traced there before.
+    fn disable_unused(&mut self) {
+        if let used @ 1.. = self.len % P::WIDTH {
+            self.packets[self.len / P::WIDTH].disable(used);
         }
     }
 }
@@ -143,8 +151,16 @@ impl<P: ShadowPacket> ShadowBatch<P> {
     /// Answers all rays.
     pub fn trace(&mut self, scene: &Scene, coherence: Coherence) {
         let coherence = scene.allowed(coherence);
+        self.disable_unused();
         for (k, packet) in self.packets[..self.len.div_ceil(P::WIDTH)].iter_mut().enumerate() {
             packet.trace(scene, P::WIDTH.min(self.len - k * P::WIDTH), coherence);
+        }
+    }
+
+    /// Only the last packet can have lanes that hold no ray; they hold what was packed or traced there before.
+    fn disable_unused(&mut self) {
+        if let used @ 1.. = self.len % P::WIDTH {
+            self.packets[self.len / P::WIDTH].disable(used);
         }
     }
 }
@@ -162,5 +178,61 @@ impl ShadowBatch {
     pub fn open(&self, first: usize) -> Mask {
         debug_assert!(first < self.len && first.is_multiple_of(Shadow16::WIDTH));
         self.packets[first / Shadow16::WIDTH].open(Shadow16::WIDTH.min(self.len - first))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::packet::{Packet8, Shadow8};
+    use super::*;
+    use glam::Vec3;
+
+    /// After rays that are no rays, so many real ones: lanes behind them must hold what no query of Embree's takes for a
+    /// ray, whether it is told the mask or not.
+    fn check<B>(width: usize, mut fill: impl FnMut(&Ray, usize, usize) -> B, lane: impl Fn(&B, usize) -> Ray) {
+        let (ray, none) = (Ray { org: Vec3::ONE, dir: Vec3::X, tfar: 1.0 }, Vec3::splat(f32::NAN));
+        let stale = Ray { org: none, dir: none, tfar: f32::NAN };
+        for used in 1..=2 * width {
+            let batch = fill(&stale, used, 2 * width);
+            for k in 0..used {
+                assert_eq!((lane(&batch, k).org, lane(&batch, k).tfar), (ray.org, ray.tfar), "lane {k} of {used}");
+            }
+            for k in used..used.next_multiple_of(width) {
+                let Ray { org, dir, tfar } = lane(&batch, k);
+                assert!(org.is_finite() && dir.is_normalized() && tfar == f32::NEG_INFINITY, "lane {k} of {used}");
+            }
+        }
+    }
+
+    fn hits<P: HitPacket>() {
+        let fill = |stale: &Ray, used, all| {
+            let mut batch = HitBatch::<P>::with_capacity(all);
+            (0..all).for_each(|_| batch.push(stale));
+            batch.clear();
+            (0..used).for_each(|_| batch.push(&Ray { org: Vec3::ONE, dir: Vec3::X, tfar: 1.0 }));
+            batch.disable_unused();
+            batch
+        };
+        check(P::WIDTH, fill, |batch, k| batch.packets[k / P::WIDTH].ray(k % P::WIDTH));
+    }
+
+    fn shadows<P: ShadowPacket>() {
+        let fill = |stale: &Ray, used, all| {
+            let mut batch = ShadowBatch::<P>::with_capacity(all);
+            (0..all).for_each(|_| batch.push(stale));
+            batch.clear();
+            (0..used).for_each(|_| batch.push(&Ray { org: Vec3::ONE, dir: Vec3::X, tfar: 1.0 }));
+            batch.disable_unused();
+            batch
+        };
+        check(P::WIDTH, fill, |batch, k| batch.packets[k / P::WIDTH].ray(k % P::WIDTH));
+    }
+
+    #[test]
+    fn lanes_without_a_ray_are_finite_and_end_before_they_begin() {
+        hits::<Packet8>();
+        hits::<Packet16>();
+        shadows::<Shadow8>();
+        shadows::<Shadow16>();
     }
 }

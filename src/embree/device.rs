@@ -1,5 +1,6 @@
 //! Embree's device: errors and memory.
 
+use super::isa::Isa;
 use super::sys;
 use crate::{Error, Result};
 use std::ffi::{CString, c_void};
@@ -9,6 +10,8 @@ use std::sync::atomic::{AtomicI64, Ordering};
 /// An Embree device. It is created once, and shared by what is made from it.
 pub struct Device {
     handle: sys::RTCDevice,
+    /// The largest instruction set that it was allowed.
+    limit: Option<Isa>,
     /// Bytes that Embree holds; boxed, as Embree keeps its address.
     memory: Box<AtomicI64>,
 }
@@ -20,12 +23,21 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Device {
-    /// A device whose builds use at most `threads` threads (0: all of the machine's).
+    /// A device whose builds use at most `threads` threads (0: all of the machine's), held to [`Isa::chosen`].
+    ///
+    /// # Errors
+    /// As [`Isa::chosen`] and [`Device::held_to`].
+    pub fn new(threads: usize) -> Result<Arc<Device>> {
+        Device::held_to(Isa::chosen()?, threads)
+    }
+
+    /// The same with an instruction set of its own; `None`: the largest that the processor has.
     ///
     /// # Errors
     /// Where Embree refuses, or where the library is of another minor version than the headers it was built with.
-    pub fn new(threads: usize) -> Result<Arc<Device>> {
-        let config = CString::new(format!("threads={threads}")).expect("digits hold no NUL");
+    pub fn held_to(isa: Option<Isa>, threads: usize) -> Result<Arc<Device>> {
+        let limit = isa.map_or(String::new(), |isa| format!(",max_isa={}", isa.name()));
+        let config = CString::new(format!("threads={threads}{limit}")).expect("names and digits hold no NUL");
         // SAFETY: the string is NUL-terminated and only read during the call.
         let handle = unsafe { sys::rtcNewDevice(config.as_ptr()) };
         if handle.is_null() {
@@ -33,7 +45,7 @@ impl Device {
             let code = unsafe { sys::rtcGetDeviceError(handle) };
             return Err(Error::Embree(format!("no device could be made: {}", describe(code))));
         }
-        let device = Device { handle, memory: Box::new(AtomicI64::new(0)) };
+        let device = Device { handle, limit: isa, memory: Box::new(AtomicI64::new(0)) };
         device.check_version()?;
         let counter: *const AtomicI64 = &*device.memory;
         // SAFETY: the counter is boxed and dropped after the device has been released (see `drop`).
@@ -47,10 +59,28 @@ impl Device {
         unsafe { sys::rtcGetDeviceProperty(self.handle, sys::RTC_DEVICE_PROPERTY_VERSION) as u32 }
     }
 
-    /// Whether the machine runs 16-wide packets natively.
+    /// The instruction set that Embree uses; `None` for less than SSE4.2, and for other processors than x86-64.
+    ///
+    /// Embree tells only the widest packets that it has kernels for; what lies between follows from the processor and
+    /// from what this device was allowed.
+    pub fn isa(&self) -> Option<Isa> {
+        let width = match (self.native_ray16(), self.native_ray8()) {
+            (true, _) => Isa::Avx512,
+            (false, true) => Isa::Avx2,
+            (false, false) => Isa::Sse42,
+        };
+        Isa::available().take_while(|isa| *isa <= width && self.limit.is_none_or(|limit| *isa <= limit)).last()
+    }
+
+    /// Whether there are kernels for packets of 16: else Embree takes their rays apart.
     pub fn native_ray16(&self) -> bool {
         // SAFETY: the handle is live.
         unsafe { sys::rtcGetDeviceProperty(self.handle, sys::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0 }
+    }
+
+    fn native_ray8(&self) -> bool {
+        // SAFETY: the handle is live.
+        unsafe { sys::rtcGetDeviceProperty(self.handle, sys::RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0 }
     }
 
     /// Bytes that Embree holds for this device now.

@@ -12,6 +12,7 @@ mod batch;
 mod compat;
 mod device;
 mod geometry;
+mod isa;
 mod packet;
 mod scene;
 mod single;
@@ -28,5 +29,6 @@ mod sys {
 pub use batch::{HitBatch, ShadowBatch};
 pub use device::Device;
 pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest};
+pub use isa::{ISA_VARIABLE, Isa};
 pub use packet::{HitPacket, Packet8, Packet16, Shadow8, Shadow16, ShadowPacket};
 pub use scene::{Coherence, Scene, SceneBuilder, Triangles};

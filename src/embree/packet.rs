@@ -6,6 +6,10 @@ use crate::geometry::{Hit, HitRows, NOTHING, Ray, RayRows};
 use crate::simd::{Mask, Packing, mask};
 use glam::Vec3;
 
+/// What lanes hold that no ray is in. Where Embree 3 has no kernels for a packet's width (16 lanes without AVX-512) it does
+/// not pass the mask on: it takes every lane for a ray whose interval is not empty, and refuses numbers that are not finite.
+const NO_RAY: Ray = Ray { org: Vec3::ZERO, dir: Vec3::Z, tfar: f32::NEG_INFINITY };
+
 /// One lane mask for any width: Embree 3 reads it with 64-byte loads, and crashes where it is not aligned for them.
 #[repr(C, align(64))]
 pub(super) struct Valid([i32; 16]);
@@ -36,6 +40,9 @@ pub trait HitPacket: Copy + private::Sealed {
     fn ray(&self, lane: usize) -> Ray;
     #[doc(hidden)]
     fn hit(&self, lane: usize) -> Option<Hit>;
+    /// Makes lanes from `first` on such that no query takes them for rays.
+    #[doc(hidden)]
+    fn disable(&mut self, first: usize);
     #[doc(hidden)]
     fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence);
 }
@@ -51,6 +58,9 @@ pub trait ShadowPacket: Copy + private::Sealed {
     fn ray(&self, lane: usize) -> Ray;
     #[doc(hidden)]
     fn occluded(&self, lane: usize) -> bool;
+    /// As [`HitPacket::disable`].
+    #[doc(hidden)]
+    fn disable(&mut self, first: usize);
     #[doc(hidden)]
     fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence);
 }
@@ -130,6 +140,10 @@ macro_rules! packets {
                 })
             }
 
+            fn disable(&mut self, first: usize) {
+                (first..$width).for_each(|lane| self.set(lane, &NO_RAY));
+            }
+
             fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence) {
                 let (valid, mut query) = (Valid::first(lanes), Query::new(coherence));
                 // SAFETY: a `Scene` is committed and alive; both types carry Embree's alignment, and the mask has
@@ -158,6 +172,10 @@ macro_rules! packets {
             #[inline(always)]
             fn occluded(&self, lane: usize) -> bool {
                 self.0.tfar[lane] == f32::NEG_INFINITY
+            }
+
+            fn disable(&mut self, first: usize) {
+                (first..$width).for_each(|lane| self.set(lane, &NO_RAY));
             }
 
             fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence) {

@@ -32,7 +32,16 @@ fn buffers(mesh: &Mesh) -> Triangles<'_> {
 }
 
 fn ball_scene() -> Scene {
-    let mut builder = SceneBuilder::new(&Device::new(1).unwrap(), false).unwrap();
+    ball_scene_on(&Device::new(1).unwrap())
+}
+
+/// The ball with Embree at each instruction set that this processor has.
+fn ball_scenes() -> impl Iterator<Item = (Isa, Scene)> {
+    Isa::available().map(|isa| (isa, ball_scene_on(&Device::held_to(Some(isa), 1).unwrap())))
+}
+
+fn ball_scene_on(device: &Arc<Device>) -> Scene {
+    let mut builder = SceneBuilder::new(device, false).unwrap();
     builder.add_mesh(bumpy_ball(64), buffers, None).unwrap();
     builder.commit().unwrap()
 }
@@ -49,24 +58,28 @@ fn random_rays(n: usize) -> Vec<Ray> {
 }
 
 fn batch_agrees<P: HitPacket, S: ShadowPacket>(coherence: Coherence) {
-    let (scene, rays) = (ball_scene(), random_rays(1003));
+    ball_scenes().for_each(|(isa, scene)| batch_agrees_on::<P, S>(&scene, coherence, isa));
+}
+
+fn batch_agrees_on<P: HitPacket, S: ShadowPacket>(scene: &Scene, coherence: Coherence, isa: Isa) {
+    let rays = random_rays(1003);
     let (mut hits, mut shadows) = (HitBatch::<P>::with_capacity(8), ShadowBatch::<S>::with_capacity(8));
     // a first, longer wave leaves stale lanes behind
     rays.iter().chain(&rays).for_each(|ray| hits.push(ray));
-    hits.trace(&scene, coherence);
+    hits.trace(scene, coherence);
     hits.clear();
     for ray in &rays {
         hits.push(ray);
         shadows.push(ray);
     }
-    hits.trace(&scene, coherence);
-    shadows.trace(&scene, coherence);
+    hits.trace(scene, coherence);
+    shadows.trace(scene, coherence);
     let found = (0..rays.len()).filter(|&i| hits.hit(i).is_some()).count();
     assert!((300..1000).contains(&found), "{found} hits: the rays do not test much");
     for (i, ray) in rays.iter().enumerate() {
         let (one, many) = (scene.intersect(ray), hits.hit(i));
-        assert_eq!(one.map(|h| (h.primitive, h.geometry)), many.map(|h| (h.primitive, h.geometry)), "ray {i}");
-        assert_eq!(one.is_some(), shadows.occluded(i), "shadow ray {i}");
+        assert_eq!(one.map(|h| (h.primitive, h.geometry)), many.map(|h| (h.primitive, h.geometry)), "ray {i}, {isa:?}");
+        assert_eq!(one.is_some(), shadows.occluded(i), "shadow ray {i}, {isa:?}");
         assert_eq!(one.is_some(), scene.occluded(ray));
     }
 }
@@ -76,6 +89,72 @@ fn every_packet_width_finds_what_single_rays_find() {
     batch_agrees::<Packet8, Shadow8>(Coherence::Incoherent);
     batch_agrees::<Packet16, Shadow16>(Coherence::Incoherent);
     batch_agrees::<Packet16, Shadow16>(Coherence::Coherent);
+}
+
+/// Waves of all lengths up to two packets, as the renderer packs them: lanes that were not chosen are no numbers, and end
+/// up in lanes of the last packet that no ray is in. Before each there is a longer wave, which leaves its own rays there.
+#[test]
+fn lanes_without_a_ray_are_left_alone_at_every_instruction_set() {
+    let rays = random_rays(64);
+    for (isa, scene) in ball_scenes() {
+        for coherence in [Coherence::Incoherent, Coherence::Coherent] {
+            let (mut hits, mut shadows) = (<HitBatch>::with_capacity(0), <ShadowBatch>::with_capacity(0));
+            for len in 1..=32 {
+                for chosen in [vec![u16::MAX; 3], spread_over_packets(len)] {
+                    (hits.clear(), shadows.clear());
+                    let expected = pack(&rays, &chosen, &mut hits, &mut shadows);
+                    hits.trace(&scene, coherence);
+                    shadows.trace(&scene, coherence);
+                    check_wave(&scene, &expected, &hits, &shadows, &format!("{isa:?}, {coherence:?}, {len} rays"));
+                }
+            }
+        }
+    }
+}
+
+/// Lanes of four packets, `len` in all, every other one as far as that suffices.
+fn spread_over_packets(len: usize) -> Vec<u16> {
+    let order = (0..64).step_by(2).chain((1..64).step_by(2)).take(len);
+    order.fold(vec![0; 4], |mut chosen, k| {
+        chosen[k / 16] |= 1 << (k % 16);
+        chosen
+    })
+}
+
+/// Packs the chosen ones of `rays`, 16 by 16; in the rows' other lanes there are no numbers. Returns what was packed.
+fn pack(rays: &[Ray], chosen: &[u16], hits: &mut HitBatch, shadows: &mut ShadowBatch) -> Vec<Ray> {
+    let mut packed = Vec::new();
+    for (rays, chosen) in rays.chunks(16).zip(chosen) {
+        let is_chosen = |k: usize| chosen >> k & 1 == 1;
+        let row = |part: fn(&Ray) -> f32| -> [f32; 16] {
+            std::array::from_fn(|k| if is_chosen(k) { part(&rays[k]) } else { f32::NAN })
+        };
+        let (org, dir) = (
+            [row(|r| r.org.x), row(|r| r.org.y), row(|r| r.org.z)],
+            [row(|r| r.dir.x), row(|r| r.dir.y), row(|r| r.dir.z)],
+        );
+        // as the renderer leaves it: unused shadow rays have no direction, and end where they begin
+        let tfar = std::array::from_fn(|k| if is_chosen(k) { rays[k].tfar } else { 0.0 });
+        let rows = RayRows { org: org.each_ref(), dir: dir.each_ref(), tfar: &tfar };
+        let packing = Packing::new(*chosen, hits.len());
+        hits.pack(&packing, &rows);
+        shadows.pack(&packing, &rows);
+        packed.extend((0..16).filter(|k| is_chosen(*k)).map(|k| rays[k]));
+    }
+    packed
+}
+
+fn check_wave(scene: &Scene, expected: &[Ray], hits: &HitBatch, shadows: &ShadowBatch, what: &str) {
+    assert_eq!((hits.len(), shadows.len()), (expected.len(), expected.len()));
+    for (i, ray) in expected.iter().enumerate() {
+        let one = scene.intersect(ray).map(|hit| (hit.geometry, hit.primitive));
+        assert_eq!(hits.hit(i).map(|hit| (hit.geometry, hit.primitive)), one, "ray {i}; {what}");
+        let open = shadows.open(i / 16 * 16).has(i % 16);
+        assert_eq!((shadows.occluded(i), open), (one.is_some(), one.is_none()), "shadow ray {i}; {what}");
+    }
+    let open: u32 = (0..shadows.len()).step_by(16).map(|first| shadows.open(first).bits().count_ones()).sum();
+    let missed = expected.iter().filter(|ray| !scene.occluded(ray)).count();
+    assert_eq!(open as usize, missed, "lanes without a ray are not open; {what}");
 }
 
 #[test]

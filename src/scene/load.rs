@@ -42,8 +42,16 @@ impl Scene {
     /// Also returns warnings for the user.
     ///
     /// # Errors
-    /// Missing and malformed files, with file and line; a scene without triangles.
+    /// As [`Device::new`] and [`Scene::load_on`].
     pub fn load(description: &SceneDescription, threads: usize, robust: bool) -> Result<(Scene, Vec<String>)> {
+        Scene::load_on(Device::new(threads)?, description, robust)
+    }
+
+    /// The same on an Embree device of the caller's.
+    ///
+    /// # Errors
+    /// Missing and malformed files, with file and line; a scene without triangles.
+    pub fn load_on(device: Arc<Device>, description: &SceneDescription, robust: bool) -> Result<(Scene, Vec<String>)> {
         let Gathered { meshes, materials, mut warnings, .. } = Gathered::of(description)?;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
@@ -55,7 +63,6 @@ impl Scene {
         let resolved = Arc::new(resolved);
         let textures = Arc::new(cache.into_textures());
         let start = Instant::now();
-        let device = Device::new(threads)?;
         let build = Build { device, robust, materials: &resolved, textures: &textures };
         let (meshes, instances, geometry) = build.world(description, meshes)?;
         let build_seconds = start.elapsed().as_secs_f64();

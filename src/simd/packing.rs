@@ -39,7 +39,7 @@ impl Packing {
     }
 
     /// Puts the chosen numbers of a row into the same row of both packets. Lanes of the second that no number goes to get
-    /// any.
+    /// any, lanes that were not chosen among them.
     #[inline(always)]
     pub fn put<T: Number>(&self, row: &[T; LANES], [first, second]: [&mut [T; LANES]; 2]) {
         T::put(row, &self.source, self.full, first, second);

@@ -1,6 +1,8 @@
-//! The same scene, seed and budget give the same picture bit for bit, and the same guide, with any number of threads.
+//! The same scene, seed and budget give the same picture bit for bit, and the same guide, with any number of threads, by
+//! one build of the program and at one instruction set of Embree's.
 
-use crate::common::{Loaded, own};
+use crate::common::{Loaded, build_with, describe, own, own_path};
+use phototaxis::embree::Isa;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
 use phototaxis::integrator::Roulette;
 use phototaxis::math::Rgb;
@@ -88,6 +90,21 @@ fn any_number_of_threads_gives_the_same_bits() {
             }
             let (hits, usable) = (one.guide_hits, &one.usable_states);
             println!("{scene}, {name}: 1, 2 and 3 threads agree ({hits} draws from a guide of {usable:?} states)");
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits_at_every_instruction_set() {
+    for isa in Isa::available() {
+        let mut loaded = build_with(isa, &describe(&own_path("wall"), &SIZE));
+        loaded.settings.guiding = GuidingSettings::default();
+        for (name, change) in &WAYS[1..3] {
+            let mut settings = loaded.settings.clone();
+            change(&mut settings);
+            let one = with_threads(1, &loaded, &settings);
+            assert!(one == with_threads(3, &loaded, &settings), "{}, {name}: 3 threads differ from one", isa.name());
+            assert!(one.mean.iter().flatten().any(|bits| *bits != 0), "{}, {name}: all is black", isa.name());
         }
     }
 }

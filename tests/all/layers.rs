@@ -23,6 +23,7 @@ const LAYERS: &[&str] = &[
     "integrator",
     "render",
     "format",
+    "platform",
     "inspect",
     "lab",
     "cli",

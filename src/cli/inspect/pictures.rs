@@ -5,6 +5,7 @@ use crate::image::exr::{self, Metadata, Window};
 use crate::image::{Image, Layer, png};
 use crate::inspect::picture::{Chart, side_by_side};
 use crate::inspect::{Layers, Radiance, Seen};
+use crate::platform::Platform;
 use crate::scene::Scene;
 use anyhow::Result;
 use std::path::Path;
@@ -55,6 +56,7 @@ impl Pictures<'_> {
             scene_hash: self.scene.hash_text(),
             samples_per_pixel: self.samples,
             seed: self.seed,
+            extra: Platform::of(self.scene.geometry().device()).attributes(),
             ..Metadata::default()
         };
         png::write(&path.with_extension("png"), image, 0.0)?;

@@ -3,6 +3,7 @@
 mod screen;
 mod table;
 
+use crate::cli::choices::Machine;
 use crate::cli::render::{stop_flag, warn};
 use crate::io::atomic::write_atomically;
 use crate::lab::compare::atelier::{Atelier, reference_blocks};
@@ -91,9 +92,8 @@ pub struct CompareArguments {
     /// Leaves the pictures out of results.json.
     #[arg(long)]
     no_images: bool,
-    /// Threads; 0 takes all of the machine's.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    #[command(flatten)]
+    machine: Machine,
     /// Prints the table and errors only.
     #[arg(short, long)]
     quiet: bool,
@@ -101,8 +101,8 @@ pub struct CompareArguments {
 
 pub fn run(arguments: &CompareArguments) -> Result<ExitCode> {
     let plan = draft(arguments)?.finish()?;
-    crate::cli::set_threads(arguments.threads)?;
-    let (stage, warnings) = Stage::load(&plan, arguments.threads)?;
+    let threads = arguments.machine.start(arguments.quiet)?;
+    let (stage, warnings) = Stage::load(&plan, threads)?;
     if !arguments.quiet {
         warn(&warnings);
     }

@@ -2,6 +2,7 @@
 
 mod table;
 
+use crate::cli::choices::Machine;
 use crate::cli::inspect::pictures::Pictures;
 use crate::cli::output::Outputs;
 use crate::cli::render::{stop_flag, subject, watched};
@@ -55,9 +56,8 @@ pub struct PaperArguments {
     /// Seed of the random numbers; references have the next.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(..u64::MAX))]
     seed: u64,
-    /// Threads; 0 takes all of the machine's. The pictures do not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    #[command(flatten)]
+    machine: Machine,
     /// Prints the table and errors only.
     #[arg(short, long)]
     quiet: bool,
@@ -69,9 +69,9 @@ pub fn run(arguments: &PaperArguments) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let chosen = choose(&arguments.only)?;
-    crate::cli::set_threads(arguments.threads)?;
+    let threads = arguments.machine.start(arguments.quiet)?;
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
-    let mut studio = Studio { arguments, stop: &*stop_flag()?, references: BTreeMap::new() };
+    let mut studio = Studio { arguments, threads, stop: &*stop_flag()?, references: BTreeMap::new() };
     let mut rows = Vec::new();
     for preset in chosen {
         let Some(row) = studio.take(preset)? else { break };
@@ -93,6 +93,8 @@ fn choose(names: &[String]) -> Result<Vec<&'static Preset>> {
 /// Renders presets, and what they are compared with.
 struct Studio<'a> {
     arguments: &'a PaperArguments,
+    /// For Embree.
+    threads: usize,
     stop: &'a AtomicBool,
     references: BTreeMap<&'static str, Image>,
 }
@@ -209,7 +211,7 @@ impl Studio<'_> {
         if !self.arguments.quiet {
             eprintln!("rendering {what}");
         }
-        let (scene, _) = Scene::load(&description.scene, self.arguments.threads, description.render.robust)?;
+        let (scene, _) = Scene::load(&description.scene, self.threads, description.render.robust)?;
         let rendering = watched(&scene, description, keeping, self.arguments.quiet, self.stop);
         Ok((scene, rendering))
     }

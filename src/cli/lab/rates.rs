@@ -1,9 +1,11 @@
 //! `phototaxis rates`: learning rules and rates against a light field that is known in closed form.
 
+use crate::cli::choices::Machine;
 use crate::io::atomic::write_atomically;
 use crate::lab::compare::chart::{Labels, Point, Series, plot, png, style};
 use crate::lab::convergence::{Furnace, Learnt, WAYS};
 use crate::lab::generate;
+use crate::platform::Platform;
 use anyhow::{Context as _, Result};
 use clap::Args;
 use serde::Serialize;
@@ -29,9 +31,15 @@ pub struct RatesArguments {
     /// Seed of the random numbers.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Threads; 0 takes all of the machine's. The figures do not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    #[command(flatten)]
+    machine: Machine,
+}
+
+/// What rates.json holds.
+#[derive(Serialize)]
+struct Rates<'a> {
+    platform: Platform,
+    curves: &'a [Curve],
 }
 
 #[derive(Serialize)]
@@ -41,7 +49,7 @@ struct Curve {
 }
 
 pub fn run(arguments: &RatesArguments) -> Result<ExitCode> {
-    crate::cli::set_threads(arguments.threads)?;
+    arguments.machine.start(false)?;
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
     let files = generate::generate("furnace", &arguments.out)?;
     let furnace = Furnace::load(&files[0], arguments.albedo, 32)?;
@@ -64,7 +72,7 @@ pub fn run(arguments: &RatesArguments) -> Result<ExitCode> {
 
 fn write(arguments: &RatesArguments, curves: &[Curve]) -> Result<()> {
     let chart = chart(curves, arguments.albedo).context("too few samples: no state is known well enough yet")?;
-    let json = serde_json::to_string_pretty(curves)? + "\n";
+    let json = serde_json::to_string_pretty(&Rates { platform: Platform::here()?, curves })? + "\n";
     let files = [("rates.svg", chart.as_bytes()), ("rates.png", &png(&chart)?), ("rates.json", json.as_bytes())];
     for (name, bytes) in files {
         write_atomically(&arguments.out.join(name), |file| file.write_all(bytes))?;

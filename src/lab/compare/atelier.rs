@@ -14,6 +14,7 @@ use super::{bias::ReferenceBlocks, memory};
 use crate::image::exr::{self, Metadata, Window};
 use crate::image::{Image, Layer};
 use crate::integrator::Counters;
+use crate::platform::Platform;
 use crate::render::{self, IterationReport, Progress, Rendering, Settings};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -96,7 +97,7 @@ impl<'a> Atelier<'a> {
             samples_per_pixel: e.samples,
             render_time_seconds: rendering.seconds as f32,
             seed: slot.seed,
-            extra: BTreeMap::new(),
+            extra: Platform::of(self.stage.plain(slot.scene).0.geometry().device()).attributes(),
         };
         let window = Window::full(e.width as usize, e.height as usize);
         exr::write(path, &window, vec![Layer::color("", &e.mean), Layer::color("variance", &e.variance)], &metadata)

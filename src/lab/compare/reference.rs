@@ -9,11 +9,11 @@ use crate::guiding::settings::GuidingMethod;
 use crate::image::exr::{self, Attribute, Metadata, Window, read_layers, read_rgb};
 use crate::image::{Image, Layer};
 use crate::math::Rgb;
+use crate::platform::Platform;
 use crate::render::{self, Order, Progress, Rendering};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use rustc_hash::FxHasher;
-use std::collections::BTreeMap;
 use std::hash::Hasher;
 use std::path::Path;
 
@@ -190,7 +190,7 @@ impl Growing {
             samples_per_pixel: self.samples,
             render_time_seconds: self.seconds as f32,
             seed,
-            extra: BTreeMap::new(),
+            extra: Platform::of(scene.geometry().device()).attributes(),
         };
         exr::write(path, &Window::full(image.width, image.height), layers, &metadata)
     }

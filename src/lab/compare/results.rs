@@ -13,6 +13,7 @@ use super::stage::Stage;
 use super::store::Store;
 use crate::Result;
 use crate::image::exr::read_rgb;
+use crate::platform::Platform;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -27,6 +28,7 @@ pub struct Results {
     title: String,
     command: String,
     version: &'static str,
+    platform: Platform,
     machine: Value,
     baseline: String,
     confidence: f64,
@@ -79,6 +81,7 @@ impl Results {
             title: plan.title.clone(),
             command: command.into(),
             version: env!("CARGO_PKG_VERSION"),
+            platform: stage.platform(),
             machine: json!({
                 "cpu": memory::processor(),
                 "threads": rayon::current_num_threads(),

@@ -5,6 +5,7 @@ use super::store::plan_hash;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingSettings;
 use crate::integrator::IntegratorSettings;
+use crate::platform::Platform;
 use crate::render::{RenderSettings, Settings};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -76,7 +77,15 @@ impl Stage {
         (&self.scenes[set.scene], &set.description)
     }
 
-    /// Tells comparisons apart: the plan, what was loaded and all settings.
+    /// What all scenes are rendered with.
+    ///
+    /// # Panics
+    /// Where the plan has no scene.
+    pub fn platform(&self) -> Platform {
+        Platform::of(self.scenes[0].geometry().device())
+    }
+
+    /// Tells comparisons apart: the plan, what was loaded, all settings, and what figures depend on beside them.
     pub fn plan_hash(&self, plan: &Plan) -> String {
         let text = |set: &Set| {
             let d = &set.description;
@@ -87,6 +96,8 @@ impl Stage {
         let mut contents: Vec<String> = self.plain.iter().chain(self.methods.iter().flatten()).map(text).collect();
         contents.extend(self.references.iter().flatten().map(text));
         contents.extend(plan.scenes.iter().filter_map(|s| Some(format!("{} {}", s.name(), s.samples?))));
+        let Platform { compiled_for, embree, embree_isa, .. } = self.platform();
+        contents.push(format!("{compiled_for} {embree} {embree_isa}"));
         plan_hash(plan, &contents)
     }
 }

@@ -71,8 +71,8 @@ impl Store {
         match (number, serde_json::from_str(line).map_err(malformed)?) {
             (1, Line::Plan { format: FORMAT, hash: found, .. }) if found == hash => {}
             (1, Line::Plan { .. }) => {
-                let message =
-                    "it holds the runs of another comparison: choose another folder, or --restart to delete them";
+                let message = "it holds the runs of another comparison, or of this one by another build or instruction set: choose another folder, \
+                     or --restart to delete them";
                 return Err(Error::file(&self.path, message));
             }
             (2.., Line::Run(run)) => self.runs.push(*run),

@@ -1,6 +1,6 @@
 //! Help, usage errors, and the commands beside `render`.
 
-use super::{TINY, folder, names, phototaxis, scene, stderr, stdout};
+use super::{TINY, folder, names, phototaxis, program, scene, stderr, stdout};
 use serde_json::Value;
 
 #[test]
@@ -138,8 +138,7 @@ fn error_refuses_what_cannot_be_compared() {
 #[test]
 fn a_closed_pipe_is_no_panic() {
     let here = folder();
-    let program = assert_cmd::cargo::cargo_bin!("phototaxis");
-    let mut child = std::process::Command::new(program)
+    let mut child = std::process::Command::new(program())
         .args(["generate", "door", "--out"])
         .arg(here.path())
         .stdout(std::process::Stdio::piped())

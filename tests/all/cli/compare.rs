@@ -1,6 +1,6 @@
 //! `phototaxis compare`, tiny.
 
-use super::{folder, names, phototaxis, scene, stderr, stdout};
+use super::{folder, names, phototaxis, program, scene, stderr, stdout};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Output;
@@ -203,7 +203,7 @@ fn a_file_says_what_is_compared_and_flags_change_it() {
 fn ctrl_c_writes_the_figures_so_far() {
     let here = folder();
     let log = here.path().join("compare-out/runs.jsonl");
-    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("phototaxis"));
+    let mut command = std::process::Command::new(program());
     command.current_dir(here.path()).arg("compare").arg(scene("cornell.toml"));
     command.args(SMALL).args(["--runs", "10000"]).stdout(std::process::Stdio::null());
     let mut child = Ended(command.spawn().unwrap());

@@ -8,6 +8,7 @@ mod faults;
 mod gallery;
 mod guides;
 mod paper;
+mod processors;
 mod render;
 mod stopping;
 
@@ -18,9 +19,15 @@ use std::process::Output;
 /// Arguments that keep a render of one of the project's scenes tiny.
 const TINY: [&str; 4] = ["--set", "film.width=16", "--set", "film.height=12"];
 
+/// The program under test: another build of it where the environment names one, for example the portable program.
+fn program() -> PathBuf {
+    std::env::var_os("PHOTOTAXIS_PROGRAM")
+        .map_or_else(|| assert_cmd::cargo::cargo_bin!("phototaxis").to_path_buf(), PathBuf::from)
+}
+
 /// The program, in a folder of its own.
 fn phototaxis(folder: &Path) -> Command {
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("phototaxis"));
+    let mut command = Command::new(program());
     command.current_dir(folder);
     command
 }

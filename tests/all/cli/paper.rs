@@ -34,7 +34,9 @@ fn pictures_figures_and_a_table_are_written() {
     let lines: Vec<String> = stdout(&output).lines().map(String::from).collect();
     assert_eq!(lines.len(), 5, "headings, rule, three rows:\n{}", lines.join("\n"));
     assert!(lines[2].starts_with("| fig1a |") && lines[2].contains("| 1.00 |"), "{}", lines[2]);
-    check_rows(&serde_json::from_slice(&std::fs::read(out.join("paper.json")).unwrap()).unwrap());
+    let file: Value = serde_json::from_slice(&std::fs::read(out.join("paper.json")).unwrap()).unwrap();
+    check_rows(&file["presets"]);
+    assert!(file["platform"]["embree_isa"].is_string(), "{file}");
     let picture = read_rgb(&out.join("fig1c.exr")).unwrap();
     assert_eq!((picture.width, picture.height), (26, 14));
 
@@ -78,7 +80,7 @@ fn what_was_learnt_is_drawn_beside_what_is_traced() {
         assert!(here.path().join("paper").join(name).exists(), "{name} is missing");
     }
     let rows: Value = serde_json::from_slice(&std::fs::read(here.path().join("paper/paper.json")).unwrap()).unwrap();
-    let q = &rows[0]["q"];
+    let q = &rows["presets"][0]["q"];
     let positive = |key: &str| q[key].as_f64().unwrap() > 0.0;
     assert!(positive("learnt_irradiance") && positive("traced_irradiance") && positive("directions"), "{q}");
 }
@@ -92,8 +94,9 @@ fn rates_are_charted_against_visits() {
         "{}",
         stdout(&output)
     );
-    let curves: Value = serde_json::from_slice(&std::fs::read(here.path().join("rates/rates.json")).unwrap()).unwrap();
-    assert_eq!(curves.as_array().unwrap().len(), 6);
+    let rates: Value = serde_json::from_slice(&std::fs::read(here.path().join("rates/rates.json")).unwrap()).unwrap();
+    assert_eq!(rates["curves"].as_array().unwrap().len(), 6);
+    assert!(rates["platform"]["embree_isa"].is_string(), "{rates}");
     for name in ["rates.svg", "rates.png"] {
         assert!(std::fs::metadata(here.path().join("rates").join(name)).unwrap().len() > 1000, "{name}");
     }

@@ -60,7 +60,7 @@ struct LongRender(Child);
 
 impl LongRender {
     fn start(here: &Path) -> LongRender {
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("phototaxis"));
+        let mut command = Command::new(program());
         command.current_dir(here).arg("render").arg(scene("cornell.toml")).args(TINY);
         command.args([
             "--time",

@@ -4,6 +4,7 @@
 
 pub mod still_life;
 
+use phototaxis::embree::{Device, Isa};
 use phototaxis::film::accumulate::Estimate;
 use phototaxis::format;
 use phototaxis::format::SceneFile;
@@ -16,6 +17,7 @@ use phototaxis::stats::Summary;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A loaded scene and what its file says beside it.
 pub struct Loaded {
@@ -45,8 +47,17 @@ pub fn describe(path: &Path, overrides: &[&str]) -> SceneFile {
 const ALL: usize = 0;
 
 pub fn build(description: &SceneFile) -> Loaded {
-    let (scene, _) =
-        Scene::load(&description.scene, ALL, description.render.robust).unwrap_or_else(|error| panic!("{error}"));
+    build_on(Device::new(ALL), description)
+}
+
+/// The same with Embree held to an instruction set.
+pub fn build_with(isa: Isa, description: &SceneFile) -> Loaded {
+    build_on(Device::held_to(Some(isa), ALL), description)
+}
+
+fn build_on(device: phototaxis::Result<Arc<Device>>, description: &SceneFile) -> Loaded {
+    let loaded = device.and_then(|device| Scene::load_on(device, &description.scene, description.render.robust));
+    let (scene, _) = loaded.unwrap_or_else(|error| panic!("{error}"));
     let settings = Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),

@@ -2,8 +2,10 @@
 //! interpolated normals, a paper screen, a half transparent pane, a window to a bright sky.
 
 use super::Loaded;
+use phototaxis::format::SceneFile;
 use std::f32::consts::PI;
 use std::fmt::Write;
+use tempfile::TempDir;
 
 const SCENE: &str = r#"
 [camera]
@@ -63,11 +65,18 @@ opacity = 0.5
 
 /// The room, loaded.
 pub fn still_life(overrides: &[&str]) -> Loaded {
+    let (_folder, description) = describe(overrides);
+    super::build(&description)
+}
+
+/// The room, and the folder that its files are in.
+pub fn describe(overrides: &[&str]) -> (TempDir, SceneFile) {
     let folder = super::written(&[("scene.toml", SCENE), ("room.obj", &room())]);
     let tile =
         |x: u32, y: u32| image::Rgb(if (x / 2 + y / 2).is_multiple_of(2) { [230, 220, 200] } else { [60, 40, 90] });
     image::RgbImage::from_fn(4, 4, tile).save(folder.path().join("tiles.png")).unwrap();
-    super::load(&folder.path().join("scene.toml"), overrides)
+    let description = super::describe(&folder.path().join("scene.toml"), overrides);
+    (folder, description)
 }
 
 fn room() -> String {

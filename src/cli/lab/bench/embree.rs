@@ -37,8 +37,8 @@ pub fn run(arguments: &EmbreeArguments) -> Result<()> {
     let program = program(arguments)?;
     let (description, scene) = subject.load(&[])?;
     let EmbreeArguments { spp, frames, depth, albedo, .. } = *arguments;
-    let plan = EmbreePlan { spp, frames, depth, albedo, threads: subject.threads };
-    let report = bench::embree(&scene, &description, &plan, program.as_deref(), subject.threads, output.turns())?;
+    let plan = EmbreePlan { spp, frames, depth, albedo, threads: rayon::current_num_threads() };
+    let report = bench::embree(&scene, &description, &plan, program.as_deref(), plan.threads, output.turns())?;
     let intervals = output.intervals();
     let chart = chart(&report, &name(&subject.scene), &intervals);
     output.write("embree", &subject.scene, &[table(&report, &intervals)], &report, chart)

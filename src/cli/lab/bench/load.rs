@@ -2,6 +2,7 @@
 
 use super::name;
 use super::output::{Output, Table, written};
+use crate::cli::choices::Machine;
 use crate::format;
 use crate::lab::bench::{self, LoadReport};
 use crate::lab::compare::chart::{Sheet, Stack, stacks};
@@ -14,19 +15,18 @@ use std::path::PathBuf;
 pub struct LoadArguments {
     /// Model (.obj).
     model: PathBuf,
-    /// Threads; 0 takes all of the machine's.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    #[command(flatten)]
+    machine: Machine,
     #[command(flatten)]
     output: Output,
 }
 
 pub fn run(arguments: &LoadArguments) -> Result<()> {
-    let LoadArguments { model, threads, output } = arguments;
+    let LoadArguments { model, machine, output } = arguments;
     output.check()?;
-    crate::cli::set_threads(*threads)?;
+    let threads = machine.start(false)?;
     let (description, _) = format::load(model, &[])?;
-    let report = bench::load(&description, *threads, output.turns())?;
+    let report = bench::load(&description, threads, output.turns())?;
     let intervals = output.intervals();
     output.write("load", model, &[table(&report, &intervals)], &report, chart(&report, &name(model), &intervals))
 }

@@ -34,7 +34,7 @@ pub fn run(arguments: &MitsubaArguments) -> Result<()> {
         bail!("{}: there is no such program", path.display());
     }
     let python = arguments.python.as_deref().unwrap_or(Path::new("python3"));
-    crate::cli::set_threads(subject.threads)?;
+    subject.machine.start(false)?;
     let (description, warnings) = format::load(&subject.scene, &subject.set)?;
     warn(&warnings);
     let plan = MitsubaPlan { spp: arguments.spp, threads: rayon::current_num_threads() };

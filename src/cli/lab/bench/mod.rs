@@ -7,6 +7,7 @@ mod output;
 mod rays;
 mod render;
 
+use crate::cli::choices::Machine;
 use crate::cli::render::warn;
 use crate::format;
 use crate::format::SceneFile;
@@ -52,9 +53,8 @@ pub fn run(arguments: &BenchArguments) -> Result<ExitCode> {
 struct Subject {
     /// Scene file (.toml), interchange scene (.json) or model (.obj).
     scene: PathBuf,
-    /// Threads; 0 takes all of the machine's.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    #[command(flatten)]
+    machine: Machine,
     /// Overrides a key of the scene file, for example film.width=512; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -63,9 +63,9 @@ struct Subject {
 impl Subject {
     /// The scene, after `first` and what `--set` says; prints its warnings.
     fn load(&self, first: &[String]) -> Result<(SceneFile, Scene)> {
-        crate::cli::set_threads(self.threads)?;
+        let threads = self.machine.start(false)?;
         let (description, warnings) = format::load(&self.scene, &[first, &self.set].concat())?;
-        let (scene, more) = Scene::load(&description.scene, self.threads, description.render.robust)?;
+        let (scene, more) = Scene::load(&description.scene, threads, description.render.robust)?;
         warn(&[warnings, more].concat());
         Ok((description, scene))
     }

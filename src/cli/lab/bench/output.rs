@@ -2,6 +2,7 @@
 
 use crate::cli::output::{check_writable, write_json};
 use crate::io::atomic::write_atomically;
+use crate::platform::Platform;
 use crate::stats::{Median, median::confidence};
 use anyhow::{Result, bail};
 use clap::Args;
@@ -29,6 +30,7 @@ pub struct Output {
 struct Head<'a, T> {
     schema: u32,
     phototaxis: &'static str,
+    platform: Platform,
     bench: &'static str,
     subject: String,
     threads: usize,
@@ -74,8 +76,11 @@ impl Output {
         let (turns, threads) = (self.turns(), rayon::current_num_threads());
         let subject = subject.display().to_string();
         let (phototaxis, confidence) = (env!("CARGO_PKG_VERSION"), confidence(turns));
-        let head = Head { schema: SCHEMA, phototaxis, bench, subject, threads, turns, confidence, figures };
+        let platform = Platform::here()?;
+        let head = Head { schema: SCHEMA, phototaxis, platform, bench, subject, threads, turns, confidence, figures };
         if self.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
+            crate::cli::print(&format!("phototaxis {}", head.platform.summary()))?;
+            head.platform.advice().iter().try_for_each(|advice| crate::cli::print(advice))?;
             tables.iter().try_for_each(Table::print)?;
         }
         if let Some(path) = &self.json {

@@ -6,10 +6,18 @@ use crate::inspect::Comparison;
 use crate::integrator::Counters;
 use crate::io::atomic::write_atomically;
 use crate::lab::paper::{Preset, View};
+use crate::platform::Platform;
 use crate::render::{IterationReport, Rendering};
 use anyhow::Result;
 use serde::Serialize;
 use std::path::Path;
+
+/// What paper.json holds.
+#[derive(Serialize)]
+struct File<'a> {
+    platform: Platform,
+    presets: &'a [Row],
+}
 
 /// What a preset cost and how far it is from the reference.
 #[derive(Serialize)]
@@ -135,6 +143,6 @@ pub fn print(rows: &[Row]) -> Result<()> {
 }
 
 pub fn write(rows: &[Row], path: &Path) -> Result<()> {
-    let text = serde_json::to_string_pretty(rows)? + "\n";
+    let text = serde_json::to_string_pretty(&File { platform: Platform::here()?, presets: rows })? + "\n";
     Ok(write_atomically(path, |file| file.write_all(text.as_bytes()))?)
 }

@@ -1,0 +1,151 @@
+//! What a picture's last bits and a render's speed depend on beside the scene and its settings: which build of this
+//! program ran, on what processor, with which Embree.
+
+use crate::Result;
+use crate::embree::{Device, Isa};
+use crate::image::exr::Attribute;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A build of the program together with what it runs on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Platform {
+    /// Of the program.
+    pub version: &'static str,
+    /// What it was built from, in git's short form, `-dirty` where files had been changed; `None` where that was no
+    /// repository.
+    pub commit: Option<&'static str>,
+    /// The level of x86-64 that the program was compiled for, or the name of another architecture.
+    pub compiled_for: &'static str,
+    /// The highest level of x86-64 that this processor has, or the name of another architecture.
+    pub processor: &'static str,
+    /// Version of the Embree that runs.
+    pub embree: String,
+    /// The largest instruction set that it uses.
+    pub embree_isa: &'static str,
+    /// Whether it has kernels for packets of 16 rays; else it takes them apart.
+    pub embree_packets_of_16: bool,
+}
+
+/// Defines what levels there are: each is the one before it and these features.
+macro_rules! levels {
+    ($first:literal, $($level:literal: [$($feature:tt)+],)+) => {
+        /// By what the compiler was told.
+        fn compiled_for() -> &'static str {
+            let mut level = $first;
+            $(
+                if cfg!(not(all($(target_feature = $feature),+))) {
+                    return level;
+                }
+                level = $level;
+            )+
+            level
+        }
+
+        /// By what the processor says of itself.
+        fn processor() -> &'static str {
+            let mut level = $first;
+            $(
+                if !($(std::is_x86_feature_detected!($feature))&&+) {
+                    return level;
+                }
+                level = $level;
+            )+
+            level
+        }
+    };
+}
+
+// As the psABI of x86-64 has them ("microarchitecture levels"), without what rustc has no stable name for.
+#[cfg(target_arch = "x86_64")]
+levels! {
+    "x86-64",
+    "x86-64-v2": ["cmpxchg16b" "popcnt" "sse3" "sse4.1" "sse4.2" "ssse3"],
+    "x86-64-v3": ["avx" "avx2" "bmi1" "bmi2" "f16c" "fma" "lzcnt" "movbe"],
+    "x86-64-v4": ["avx512f" "avx512bw" "avx512cd" "avx512dq" "avx512vl"],
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn compiled_for() -> &'static str {
+    std::env::consts::ARCH
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn processor() -> &'static str {
+    std::env::consts::ARCH
+}
+
+impl Platform {
+    /// This program here, with Embree as it is for all devices that are not told otherwise.
+    ///
+    /// # Errors
+    /// As [`Device::new`].
+    pub fn here() -> Result<Platform> {
+        Ok(Platform::of(&*Device::new(1)?))
+    }
+
+    /// This program here, with one Embree device.
+    pub fn of(device: &Device) -> Platform {
+        let version = device.version();
+        Platform {
+            version: env!("CARGO_PKG_VERSION"),
+            commit: option_env!("PHOTOTAXIS_COMMIT"),
+            compiled_for: compiled_for(),
+            processor: processor(),
+            embree: format!("{}.{}.{}", version / 10000, version / 100 % 100, version % 100),
+            embree_isa: device.isa().map_or(if cfg!(target_arch = "x86_64") { "sse2" } else { processor() }, Isa::name),
+            embree_packets_of_16: device.native_ray16(),
+        }
+    }
+
+    /// In one line, without the program's name.
+    pub fn summary(&self) -> String {
+        let Platform { version, compiled_for, embree, embree_isa, .. } = self;
+        let commit = self.commit.map_or(String::new(), |commit| format!(" ({commit})"));
+        format!("{version}{commit}, compiled for {compiled_for}, Embree {embree} with {embree_isa}")
+    }
+
+    /// What can be done where the processor has more than the program was compiled for.
+    pub fn advice(&self) -> Option<String> {
+        let Platform { compiled_for, processor, .. } = self;
+        (compiled_for != processor).then(|| {
+            format!(
+                "this program was compiled for {compiled_for}, and this processor has {processor}: a program that \
+                 `make build` (for the processor at hand) or `make portable` (for all) makes is faster"
+            )
+        })
+    }
+
+    /// As it goes into the header of an EXR.
+    pub fn attributes(&self) -> BTreeMap<String, Attribute> {
+        let commit = self.commit.map(|commit| ("commit", commit));
+        let all = [("compiledFor", self.compiled_for), ("embree", &self.embree), ("embreeIsa", self.embree_isa)];
+        let text = |(name, value): (&str, &str)| (name.to_string(), Attribute::Text(value.to_string()));
+        all.into_iter().chain(commit).map(text).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_embree_uses_is_what_it_was_held_to() {
+        for isa in Isa::available() {
+            let platform = Platform::of(&*Device::held_to(Some(isa), 1).unwrap());
+            assert_eq!(platform.embree_isa, isa.name());
+            assert_eq!(platform.embree_packets_of_16, isa == Isa::Avx512);
+            assert!(platform.summary().ends_with(&format!("with {}", isa.name())));
+        }
+    }
+
+    #[test]
+    fn a_program_for_less_than_the_processor_has_says_so() {
+        let mut platform = Platform::here().unwrap();
+        platform.compiled_for = platform.processor;
+        assert_eq!(platform.advice(), None);
+        (platform.compiled_for, platform.processor) = ("x86-64", "x86-64-v3");
+        let advice = platform.advice().unwrap();
+        assert!(["x86-64,", "x86-64-v3", "make build", "make portable"].iter().all(|word| advice.contains(word)));
+    }
+}
