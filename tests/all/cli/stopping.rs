@@ -1,6 +1,6 @@
 //! Renders that end by the clock or by a signal.
 
-use super::{TINY, folder, names, phototaxis, scene};
+use super::{TINY, folder, names, phototaxis, program, scene};
 use phototaxis::image::exr::read_layers;
 use serde_json::Value;
 use std::path::Path;
