@@ -1,6 +1,6 @@
 //! The command line: one file per subcommand. All printing and all exit codes live here.
 //!
-//! Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C (with the picture so far written).
+//! Exit codes: 0 done, 1 failed, 2 wrong usage, 128 + n stopped by signal n (with what there was written).
 
 mod bench;
 mod choices;
@@ -14,14 +14,15 @@ mod progress;
 mod rates;
 mod render;
 mod report;
+mod signals;
 
 use anyhow::Context as _;
 use clap::{Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
-const EXIT_CODES: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C with the picture so far \
-    written.\nThe scene file is described in docs/scene-file.md.";
+const EXIT_CODES: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage; 130, 143 and 129 stopped by SIGINT (Ctrl-C), SIGTERM \
+    and SIGHUP, with what there was written. A second signal hurries that, a third leaves it out.\nThe scene file is described in docs/scene-file.md.";
 
 /// A path tracer on Embree that learns where the light is while it renders.
 #[derive(Parser)]
@@ -64,7 +65,7 @@ pub fn run() -> ExitCode {
         Command::Generate(arguments) => generate::run(&arguments),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
+        progress::say(&format!("error: {error:#}"));
         ExitCode::from(1)
     })
 }

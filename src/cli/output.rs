@@ -2,7 +2,7 @@
 
 use super::report::{Context, Report};
 use crate::film::accumulate::Estimate;
-use crate::film::atomic::write_atomically;
+use crate::film::atomic::{try_folder, write_atomically};
 use crate::film::exr::{self, Attribute, Metadata, Window};
 use crate::film::image::{Image, Layer};
 use crate::film::png;
@@ -88,7 +88,7 @@ pub(super) fn check_writable(path: &Path) -> Result<()> {
         Ok(existing) if existing.is_dir() => Some("it is a folder".to_string()),
         Ok(existing) if !existing.is_file() => None,
         _ if !folder.is_dir() => Some("its folder does not exist".to_string()),
-        _ => tempfile::NamedTempFile::new_in(folder).err().map(|e| format!("its folder takes no files: {}", e.kind())),
+        _ => try_folder(folder).err().map(|e| format!("its folder takes no files: {}", e.kind())),
     };
     problem.map_or(Ok(()), |problem| bail!("{}: {problem}", path.display()))
 }
@@ -109,11 +109,7 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
         Layer::color("albedo", &features(|f| f.albedo)),
         Layer::vector("N", &features(|f| f.normal)),
         Layer::scalar("", "Z", e.features.iter().map(|f| f.depth).collect()),
-        Layer::scalar(
-            "samples",
-            "Y",
-            e.blank.iter().map(|&blank| if blank { 0.0 } else { e.samples as f32 }).collect(),
-        ),
+        Layer::scalar("samples", "Y", (0..e.mean.len()).map(|i| e.count(i) as f32).collect()),
     ];
     layers.extend(context.guide_layers.iter().flat_map(Layers::channels));
     let metadata = Metadata {

@@ -4,8 +4,10 @@ mod table;
 
 use super::inspect::pictures::Pictures;
 use super::output::Outputs;
-use super::render::{stop_flag, subject, watched};
+use super::progress::say;
+use super::render::{subject, watched};
 use super::report::{Context, Report};
+use super::signals::Signals;
 use crate::compare::reference::Growing;
 use crate::film::exr::read_rgb;
 use crate::film::image::Image;
@@ -20,7 +22,6 @@ use clap::Args;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
 use table::Row;
 
 /// Paths that are traced for each direction of the truth that Q is drawn beside.
@@ -70,15 +71,15 @@ pub fn run(arguments: &PaperArguments) -> Result<ExitCode> {
     let chosen = choose(&arguments.only)?;
     super::set_threads(arguments.threads)?;
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
-    let mut studio = Studio { arguments, stop: &*stop_flag()?, references: BTreeMap::new() };
+    let mut studio = Studio { arguments, signals: Signals::catch(arguments.quiet)?, references: BTreeMap::new() };
     let mut rows = Vec::new();
     for preset in chosen {
         let Some(row) = studio.take(preset)? else { break };
         rows.push(row);
     }
-    table::print(&rows)?;
     table::write(&rows, &arguments.out.join("paper.json"))?;
-    Ok(if studio.stopped() { ExitCode::from(130) } else { ExitCode::SUCCESS })
+    table::print(&rows)?;
+    Ok(studio.signals.exit_code())
 }
 
 fn choose(names: &[String]) -> Result<Vec<&'static Preset>> {
@@ -92,13 +93,13 @@ fn choose(names: &[String]) -> Result<Vec<&'static Preset>> {
 /// Renders presets, and what they are compared with.
 struct Studio<'a> {
     arguments: &'a PaperArguments,
-    stop: &'a AtomicBool,
+    signals: Signals,
     references: BTreeMap<&'static str, Image>,
 }
 
 impl Studio<'_> {
     fn stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        self.signals.came()
     }
 
     /// Renders and writes one preset; `None` where Ctrl-C came before it was done.
@@ -203,10 +204,10 @@ impl Studio<'_> {
 
     fn render(&self, what: &str, description: &SceneDescription, keeping: Keeping) -> Result<(Scene, Rendering)> {
         if !self.arguments.quiet {
-            eprintln!("rendering {what}");
+            say(&format!("rendering {what}"));
         }
         let (scene, _) = Scene::load(description, self.arguments.threads)?;
-        let rendering = watched(&scene, description, keeping, self.arguments.quiet, self.stop);
+        let rendering = watched(&scene, description, keeping, self.arguments.quiet, self.signals.stop());
         Ok((scene, rendering))
     }
 

@@ -11,6 +11,8 @@ mod group;
 pub mod image;
 pub mod png;
 pub mod srgb;
+mod surplus;
+mod temporary;
 pub mod tile;
 
 #[cfg(test)]

@@ -7,7 +7,9 @@ pub mod mixture;
 pub mod path;
 pub mod probe;
 mod roulette;
+pub mod stop;
 
 pub use batch::{Batch, BatchResult, Counters, Task};
 pub use path::PathIntegrator;
 pub use roulette::Efficiency;
+pub use stop::Stop;

@@ -12,3 +12,4 @@ mod persistence;
 mod references;
 mod report;
 mod scaling;
+mod stopping;

@@ -3,6 +3,7 @@
 use super::output::{Output, Table, written, written_or};
 use super::{Subject, name};
 use crate::bench::{self, EmbreePlan, EmbreeReport};
+use crate::cli::progress::say;
 use crate::compare::chart::{Sheet, Stack, stacks};
 use anyhow::{Result, bail};
 use clap::Args;
@@ -55,7 +56,7 @@ fn program(arguments: &EmbreeArguments) -> Result<Option<PathBuf>> {
     }
     let found = bench::find_pathtracer(&std::env::var_os("PATH").unwrap_or_default());
     if found.is_none() {
-        eprintln!("SKIPPED: Embree's path tracer is not installed (Debian: apt-get install embree-tools)");
+        say("SKIPPED: Embree's path tracer is not installed (Debian: apt-get install embree-tools)");
     }
     Ok(found)
 }

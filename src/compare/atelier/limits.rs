@@ -6,7 +6,7 @@ use crate::compare::schedule::Slot;
 use crate::compare::stage::settings;
 use crate::compare::store::Store;
 use crate::film::accumulate::Estimate;
-use crate::render::{self, Rendering, Settings};
+use crate::render::{self, Keeping, Rendering, Settings};
 use crate::scene::Scene;
 use crate::scene::description::Order;
 use crate::{Error, Result};
@@ -70,8 +70,12 @@ impl Atelier<'_> {
                 let mut settings = settings(description);
                 let render = &mut settings.render;
                 (render.seed, render.spp, render.time) = (REPEATED_SEED, spp, None);
-                let render = || render::render(loaded, &settings, &mut |_| true).estimate;
+                let render =
+                    || render::render_until(loaded, &settings, Keeping::default(), self.stop, &mut |_| true).estimate;
                 let equal = same(&render(), &one_thread.install(render));
+                if self.stop.is_asked() {
+                    return Ok(());
+                }
                 store.add_repeat(&name, &method.name, spp, equal)?;
             }
         }
