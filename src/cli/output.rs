@@ -11,6 +11,7 @@ use crate::inspect::Layers;
 use crate::render::Rendering;
 use crate::scene::description::SceneDescription;
 use anyhow::{Context as _, Result, bail};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -65,16 +66,22 @@ impl Outputs {
         report: &Report,
     ) -> Result<()> {
         let estimate = &rendering.estimate;
-        let pictures = self.pictures.iter().map(|path| match path.extension().is_some_and(|e| e == "exr") {
+        // A PNG is packed by one thread: that of a large picture takes as long as an EXR, which all threads pack.
+        let pictures = self.pictures.par_iter().map(|path| match path.extension().is_some_and(|e| e == "exr") {
             true => write_exr(path, context, rendering).map_err(anyhow::Error::from),
             false => png::write(path, &beauty(estimate), description.film.exposure).map_err(anyhow::Error::from),
         });
+        let pictures: Vec<Result<()>> = pictures.collect();
         let json = self.json.iter().map(|path| write_json(path, report));
         let guide = (self.guide.iter().zip(&rendering.guide)).map(|(path, guide)| {
             guide_file::write(path, guide, &context.subject, rendering.learnt_paths).map_err(anyhow::Error::from)
         });
-        let failures: Vec<String> =
-            pictures.chain(json).chain(guide).filter_map(|result| result.err().map(|e| format!("{e:#}"))).collect();
+        let failures: Vec<String> = pictures
+            .into_iter()
+            .chain(json)
+            .chain(guide)
+            .filter_map(|result| result.err().map(|e| format!("{e:#}")))
+            .collect();
         if failures.is_empty() { Ok(()) } else { bail!(failures.join("\nerror: ")) }
     }
 }
