@@ -4,7 +4,8 @@ pub(super) mod pictures;
 
 use super::choices::Choices;
 use super::output::{check_writable, write_json};
-use super::render::{stop_flag, trained, warn, watched};
+use super::render::{trained, warn, watched};
+use super::signals::Signals;
 use crate::format;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
@@ -20,7 +21,6 @@ use pictures::Pictures;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
 
 /// Version of the JSON's shape; a change that breaks readers raises it.
 const SCHEMA: u32 = 1;
@@ -95,19 +95,19 @@ pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
     }
     let seen = seen(&scene, arguments.pixel)?;
     prepare(arguments)?;
-    let (guide, interrupted) = guide(arguments, &scene, &description)?;
+    let (guide, code) = guide(arguments, &scene, &description)?;
     let (samples, seed) = (arguments.truth_samples, description.render.seed);
     let radiance = Radiance::new(&scene, &description.integrator, &guide, &seen, samples, seed);
     let pictures = Pictures { folder: &arguments.output, prefix: "", scene: &scene, seed, samples };
     pictures.radiance(&guide, &seen, &radiance)?;
     pictures.states(&Layers::new(&scene, &guide))?;
     let report = report(arguments, &scene, &guide, &seen, radiance.compare());
+    arguments.json.iter().try_for_each(|path| write_json(path, &report))?;
     match &arguments.json {
         Some(path) if path.as_os_str() == "-" => {}
         _ => report.table().iter().try_for_each(|line| super::print(line))?,
     }
-    arguments.json.iter().try_for_each(|path| write_json(path, &report))?;
-    Ok(if interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
+    Ok(code)
 }
 
 fn seen(scene: &Scene, (x, y): (u32, u32)) -> Result<Seen<'_>> {
@@ -126,16 +126,16 @@ fn prepare(arguments: &InspectArguments) -> Result<()> {
     arguments.json.iter().filter(|path| path.as_os_str() != "-").try_for_each(|path| check_writable(path))
 }
 
-/// The guide, and whether its training was interrupted.
-fn guide(arguments: &InspectArguments, scene: &Scene, description: &SceneFile) -> Result<(Guide, bool)> {
+/// The guide, and the program's exit code, which tells whether its training was interrupted.
+fn guide(arguments: &InspectArguments, scene: &Scene, description: &SceneFile) -> Result<(Guide, ExitCode)> {
     if let Some(Trained { guide, .. }) = trained(arguments.guide_in.as_deref(), scene, description)? {
-        return Ok((guide, false));
+        return Ok((guide, ExitCode::SUCCESS));
     }
-    let stop = stop_flag()?;
+    let signals = Signals::catch(arguments.quiet)?;
     let keeping = Keeping { from: None, keep: true };
-    let rendering = watched(scene, description, keeping, arguments.quiet, &stop);
+    let rendering = watched(scene, description, keeping, arguments.quiet, signals.stop());
     let guide = rendering.guide.context("there is no guide to look at")?;
-    Ok((guide, stop.load(Ordering::Relaxed)))
+    Ok((guide, signals.exit_code()))
 }
 
 fn report(arguments: &InspectArguments, scene: &Scene, guide: &Guide, seen: &Seen, radiance: Comparison) -> Report {

@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 failed, 2 wrong usage, 3 pixels that are not finite (with the picture written), 130 stopped by
 //! Ctrl-C (with the picture so far written).
+//! Exit codes: 0 done, 1 failed, 2 wrong usage, 128 + n stopped by signal n (with what there was written).
 
 mod choices;
 mod error;
@@ -15,6 +16,7 @@ mod output;
 mod progress;
 mod render;
 mod report;
+mod signals;
 
 use crate::platform::Platform;
 use anyhow::Context as _;
@@ -24,7 +26,8 @@ use std::io::Write;
 use std::process::ExitCode;
 
 const EXIT_CODES: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 pixels of a picture are infinite or undefined (it is \
-    written all the same), 130 stopped by Ctrl-C with the picture so far written.\nThe scene file is described in docs/scene-file.md.";
+    written all the same); 130, 143 and 129 stopped by SIGINT (Ctrl-C), SIGTERM and SIGHUP, with what there was written. A \
+    second signal hurries that, a third leaves it out.\nThe scene file is described in docs/scene-file.md.";
 
 /// Exit code where pixels of a picture are not finite.
 const NOT_FINITE: u8 = 3;
@@ -58,7 +61,7 @@ pub fn run() -> ExitCode {
         Command::Lab(command) => command.run(),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
+        progress::say(&format!("error: {error:#}"));
         ExitCode::from(1)
     })
 }

@@ -6,11 +6,11 @@ use crate::format::SceneFile;
 use crate::image::exr::{self, Attribute, Metadata, Window};
 use crate::image::{Image, Layer, png};
 use crate::inspect::Layers;
-use crate::io::atomic::write_atomically;
+use crate::io::atomic::{try_folder, write_atomically};
 use crate::platform::Platform;
-use crate::render::Rendering;
-use crate::render::guide_file;
+use crate::render::{Rendering, guide_file};
 use anyhow::{Context as _, Result, bail};
+use rayon::prelude::*;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -64,16 +64,22 @@ impl Outputs {
         report: &Report,
     ) -> Result<()> {
         let estimate = &rendering.estimate;
-        let pictures = self.pictures.iter().map(|path| match path.extension().is_some_and(|e| e == "exr") {
+        // A PNG is packed by one thread: that of a large picture takes as long as an EXR, which all threads pack.
+        let pictures = self.pictures.par_iter().map(|path| match path.extension().is_some_and(|e| e == "exr") {
             true => write_exr(path, context, rendering).map_err(anyhow::Error::from),
             false => png::write(path, &beauty(estimate), description.scene.film.exposure).map_err(anyhow::Error::from),
         });
+        let pictures: Vec<Result<()>> = pictures.collect();
         let json = self.json.iter().map(|path| write_json(path, report));
         let guide = (self.guide.iter().zip(&rendering.guide)).map(|(path, guide)| {
             guide_file::write(path, guide, &context.subject, rendering.learnt_paths).map_err(anyhow::Error::from)
         });
-        let failures: Vec<String> =
-            pictures.chain(json).chain(guide).filter_map(|result| result.err().map(|e| format!("{e:#}"))).collect();
+        let failures: Vec<String> = pictures
+            .into_iter()
+            .chain(json)
+            .chain(guide)
+            .filter_map(|result| result.err().map(|e| format!("{e:#}")))
+            .collect();
         if failures.is_empty() { Ok(()) } else { bail!(failures.join("\nerror: ")) }
     }
 }
@@ -87,7 +93,7 @@ pub(super) fn check_writable(path: &Path) -> Result<()> {
         Ok(existing) if existing.is_dir() => Some("it is a folder".to_string()),
         Ok(existing) if !existing.is_file() => None,
         _ if !folder.is_dir() => Some("its folder does not exist".to_string()),
-        _ => tempfile::NamedTempFile::new_in(folder).err().map(|e| format!("its folder takes no files: {}", e.kind())),
+        _ => try_folder(folder).err().map(|e| format!("its folder takes no files: {}", e.kind())),
     };
     problem.map_or(Ok(()), |problem| bail!("{}: {problem}", path.display()))
 }
@@ -109,11 +115,7 @@ pub(super) fn layers(rendering: &Rendering, guide: Option<&Layers>) -> Vec<Layer
         Layer::color("albedo", &features(|f| f.albedo)),
         Layer::vector("N", &features(|f| f.normal)),
         Layer::scalar("", "Z", e.features.iter().map(|f| f.depth).collect()),
-        Layer::scalar(
-            "samples",
-            "Y",
-            e.blank.iter().map(|&blank| if blank { 0.0 } else { e.samples as f32 }).collect(),
-        ),
+        Layer::scalar("samples", "Y", (0..e.mean.len()).map(|i| e.count(i) as f32).collect()),
     ];
     layers.extend(guide.into_iter().flat_map(Layers::channels));
     layers

@@ -2,21 +2,20 @@
 
 use super::choices::Choices;
 use super::output::Outputs;
-use super::progress::Bar;
+use super::progress::{Bar, say};
 use super::report::{Context, Report, total};
+use super::signals::Signals;
 use crate::format;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::inspect::Layers;
 use crate::render::guide_file::{self, Subject};
-use crate::render::{Keeping, Rendering, Settings, render_keeping};
+use crate::render::{Keeping, Rendering, Settings, Stop, render_until};
 use crate::scene::Scene;
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Warnings that are printed; of more only the number is.
@@ -41,7 +40,8 @@ pub struct RenderArguments {
     /// Samples per pixel, over all iterations. [default: the scene file's, else 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Seconds to render for; all that happens after loading counts. Without --spp, time alone decides.
+    /// Seconds to render for; all that happens after loading counts. Without --spp, time alone decides. All pixels get one
+    /// sample at least.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     time: Option<f64>,
     /// Begins with what an earlier render of this scene learnt, whatever its camera.
@@ -79,9 +79,9 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         from: trained(arguments.guide_in.as_deref(), &scene, &description)?,
         keep: arguments.guide_out.is_some(),
     };
-    let stop = stop_flag()?;
-    let rendering = watched(&scene, &description, keeping, arguments.quiet, &stop);
-    let interrupted = stop.load(Ordering::Relaxed);
+    let signals = Signals::catch(arguments.quiet)?;
+    let rendering = watched(&scene, &description, keeping, arguments.quiet, signals.stop());
+    let (interrupted, code) = (signals.came(), signals.exit_code());
     if !arguments.quiet {
         warn_of_non_finite(&rendering);
     }
@@ -98,14 +98,14 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     let report = Report::new(&context, &rendering);
     outputs.write(&context, &description, &rendering, &report)?;
     if !arguments.quiet {
-        eprintln!("{}", report.summary());
-        outputs.paths().for_each(|path| eprintln!("wrote {}", path.display()));
+        say(&report.summary());
+        outputs.paths().for_each(|path| say(&format!("wrote {}", path.display())));
     }
     if let Some(found) = report.non_finite() {
-        eprintln!("error: {found}");
+        say(&format!("error: {found}"));
         return Ok(ExitCode::from(super::NOT_FINITE));
     }
-    Ok(if interrupted { ExitCode::from(130) } else { ExitCode::SUCCESS })
+    Ok(code)
 }
 
 /// The flags that stand for keys of the scene file, then `--set`, which has the last word.
@@ -148,42 +148,25 @@ pub(super) fn trained(
 }
 
 /// Renders with a progress bar, until done or asked to stop.
-pub(super) fn watched(
-    scene: &Scene,
-    description: &SceneFile,
-    keeping: Keeping,
-    quiet: bool,
-    stop: &AtomicBool,
-) -> Rendering {
+pub(super) fn watched(scene: &Scene, description: &SceneFile, keeping: Keeping, quiet: bool, stop: &Stop) -> Rendering {
     let settings = Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),
         render: description.render.clone(),
     };
     let bar = Bar::new(quiet);
-    let rendering = render_keeping(scene, &settings, keeping, &mut |progress| {
+    let rendering = render_until(scene, &settings, keeping, stop, &mut |progress| {
         bar.update(progress);
-        !stop.load(Ordering::Relaxed)
+        true
     });
     bar.finish();
     rendering
 }
 
-/// Set by the first Ctrl-C or SIGTERM, which end the render after its pass; the second ends the program at once.
-pub(super) fn stop_flag() -> Result<Arc<AtomicBool>> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_conditional_shutdown(signal, 130, stop.clone()).context("catching Ctrl-C")?;
-        signal_hook::flag::register(signal, stop.clone()).context("catching Ctrl-C")?;
-    }
-    Ok(stop)
-}
-
 pub(super) fn warn(warnings: &[String]) {
-    warnings.iter().take(WARNINGS).for_each(|warning| eprintln!("warning: {warning}"));
+    warnings.iter().take(WARNINGS).for_each(|warning| say(&format!("warning: {warning}")));
     if let more @ 1.. = warnings.len().saturating_sub(WARNINGS) {
-        eprintln!("warning: and {more} more");
+        say(&format!("warning: and {more} more"));
     }
 }
 
@@ -191,9 +174,9 @@ fn warn_of_non_finite(rendering: &Rendering) {
     let total = total(&rendering.iterations);
     if let Some((x, y, sample)) = total.first_non_finite {
         let n = total.non_finite;
-        eprintln!(
+        say(&format!(
             "warning: {n} samples were not finite and count as black; the first is pixel ({x}, {y}), sample {sample}"
-        );
+        ));
     }
 }
 

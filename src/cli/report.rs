@@ -32,6 +32,11 @@ pub struct Report {
     /// Samples per pixel traced, and those that the picture holds.
     spp: u32,
     spp_kept: u32,
+    /// Of the picture's pixels, which differ where rendering ended in the middle of a pass: the fewest samples, the most, and
+    /// how many pixels have none and are black.
+    spp_kept_least: u32,
+    spp_kept_most: u32,
+    blank_pixels: usize,
     load_seconds: f64,
     build_seconds: f64,
     render_seconds: f64,
@@ -95,6 +100,7 @@ impl Report {
         let guide = rendering.guide.as_ref();
         let layers = layers(rendering, context.guide_layers.as_ref());
         let non_finite = Layer::non_finite(&layers, rendering.estimate.width as usize);
+        let (least, most, blank) = rendering.estimate.spread();
         let all_rays = (total.rays + total.shadow_rays) as f64;
         Report {
             schema: SCHEMA,
@@ -111,6 +117,9 @@ impl Report {
             exit: if context.interrupted { "interrupted" } else { "done" },
             spp: rendering.samples,
             spp_kept: rendering.estimate.samples,
+            spp_kept_least: least,
+            spp_kept_most: most,
+            blank_pixels: blank,
             load_seconds: context.load_seconds,
             build_seconds: context.build_seconds,
             render_seconds: seconds,
@@ -152,6 +161,14 @@ impl Report {
             100.0 * self.embree_share,
             self.mean_path_length,
         );
+        if self.spp_kept_least < self.spp_kept_most {
+            let (least, most) = (self.spp_kept_least, self.spp_kept_most);
+            text += &format!("\nthe last pass was cut: pixels have {least} to {most} samples, see the layer samples.Y");
+        }
+        if self.blank_pixels > 0 {
+            let all = self.width as usize * self.height as usize;
+            text += &format!("\n{} of {all} pixels have no samples, and are black", self.blank_pixels);
+        }
         if self.guide.method != "none" {
             text += &format!(
                 "\nguide: {} states, {:.1} MiB, known at {:.0} % of the vertices, {:.1} s of learning",

@@ -1,6 +1,7 @@
 //! The film: sums of samples, iteration by iteration, and how iterations become one picture.
 
 use super::group::{Group, parity};
+use super::surplus::Surplus;
 use super::tile::{Features, Tile, TileSamples};
 use crate::film::Combine;
 use crate::math::Rgb;
@@ -27,8 +28,7 @@ pub struct Film {
     picture: Picture,
     features: Vec<Features>,
     feature_samples: u32,
-    /// Pixels that received none of the samples.
-    blank: Vec<bool>,
+    feature_surplus: Surplus,
 }
 
 /// Groups weighed together.
@@ -42,7 +42,9 @@ struct Picture {
     weight: [f64; 2],
     /// Whether a group has told something.
     told: [bool; 2],
+    /// Per pixel, those that all have, and what some have beyond.
     samples: u32,
+    surplus: Surplus,
 }
 
 /// A picture with what is known of its noise.
@@ -53,12 +55,26 @@ pub struct Estimate {
     pub mean: Vec<Rgb>,
     /// Variance of `mean`, estimated from the samples; zero where there were fewer than two.
     pub variance: Vec<Rgb>,
-    /// Samples per pixel that the picture holds.
+    /// Samples per pixel that the picture holds; where pixels differ, on average, rounded down.
     pub samples: u32,
-    /// Pixels that hold none of them, because rendering ended before their turn came.
-    pub blank: Vec<bool>,
+    /// The same pixel by pixel, where they differ because rendering ended in the middle of a pass; else empty. A pixel
+    /// without any is black.
+    pub counts: Vec<u32>,
     /// Means of what the camera sees first.
     pub features: Vec<Features>,
+}
+
+impl Estimate {
+    /// Samples of a pixel.
+    pub fn count(&self, pixel: usize) -> u32 {
+        self.counts.get(pixel).copied().unwrap_or(self.samples)
+    }
+
+    /// The fewest samples of a pixel, the most, and how many pixels have none.
+    pub fn spread(&self) -> (u32, u32, usize) {
+        let all = || (0..self.mean.len()).map(|i| self.count(i));
+        (all().min().unwrap_or(0), all().max().unwrap_or(0), all().filter(|&n| n == 0).count())
+    }
 }
 
 impl Film {
@@ -74,19 +90,11 @@ impl Film {
             picture: Picture::new(pixels),
             features: vec![Features::default(); pixels],
             feature_samples: 0,
-            blank: vec![false; pixels],
+            feature_surplus: Surplus::default(),
         }
     }
 
-    /// Says that a tile will have none of the samples of which `add_samples` speaks; its pixels stay black.
-    pub fn leave_blank(&mut self, tile: &Tile) {
-        for y in tile.y..tile.y + tile.height {
-            let first = (y * self.width + tile.x) as usize;
-            self.blank[first..first + tile.width as usize].fill(true);
-        }
-    }
-
-    /// Adds what was sampled in a tile. Call `add_samples` once all pixels have theirs.
+    /// Adds what was sampled in a tile. Call `add_samples` once all pixels have theirs, or `add_samples_in` for the tile.
     pub fn add(&mut self, tile: &Tile, samples: &TileSamples) {
         for y in 0..tile.height {
             let from = (y * tile.width) as usize..((y + 1) * tile.width) as usize;
@@ -107,8 +115,23 @@ impl Film {
         self.feature_samples += if features { samples } else { 0 };
     }
 
+    /// Says the same of the pixels of a tile alone.
+    pub fn add_samples_in(&mut self, tile: &Tile, samples: u32, features: bool) {
+        let pixels = self.pixels();
+        for y in tile.y..tile.y + tile.height {
+            let first = (y * self.width + tile.x) as usize;
+            let row = first..first + tile.width as usize;
+            if features {
+                self.feature_surplus.add(row.clone(), samples, pixels);
+            }
+            self.group.surplus.add(row, samples, pixels);
+        }
+    }
+
     /// Ends an iteration: its samples are weighed into the picture once there are enough of them.
     pub fn end_iteration(&mut self) {
+        self.group.samples += self.group.surplus.level();
+        self.feature_samples += self.feature_surplus.level();
         if self.group.samples >= MIN_GROUP {
             self.close_group();
             self.before = None;
@@ -129,33 +152,53 @@ impl Film {
         self.group.sample_variances()
     }
 
+    /// Adds to the group before it a rest that is too small to be weighed by its own variance. Such a rest is left where
+    /// rendering ends before it was planned to; without this the picture would not hold it.
+    pub fn join_rest(&mut self) {
+        if self.group.samples >= MIN_GROUP || self.group.is_empty() {
+            return;
+        }
+        if let Some(before) = self.pending.take() {
+            let new = Group::new(self.pixels());
+            let rest = std::mem::replace(&mut self.group, new);
+            self.pending = Some(before.joined(&rest));
+        }
+    }
+
     /// The picture so far.
     pub fn develop(&self) -> Estimate {
         let mut picture = self.picture.clone();
         // a rest too small to be weighed by its own variance joins only where there is nothing else
-        let alone = picture.samples == 0 && self.pending.is_none();
+        let alone = picture.samples == 0 && picture.surplus.is_empty() && self.pending.is_none();
         let joins = self.group.samples >= MIN_GROUP || alone || self.combine != Combine::InverseVariance;
-        let newest = Some(&self.group).filter(|group| joins && group.samples > 0);
+        let newest = Some(&self.group).filter(|group| joins && !group.is_empty());
         if let Some(newest) = newest {
             self.weigh_in(&mut picture, self.pending.as_ref(), newest);
         }
         if let Some(last) = newest.or(self.pending.as_ref()).filter(|_| self.combine == Combine::InverseVariance) {
             picture.weigh_in(self.width, last, last.weights(self.width as usize, last));
         }
-        let share = 1.0 / self.feature_samples.max(1) as f32;
+        let share = |i| 1.0 / (self.feature_samples + self.feature_surplus.of(i)).max(1) as f32;
+        let Picture { samples, surplus, .. } = &picture;
+        let counts = (0..self.pixels()).map(|i| samples + surplus.of(i));
         Estimate {
             width: self.width,
             height: self.height,
+            samples: samples + surplus.mean() as u32,
+            counts: if surplus.is_empty() { Vec::new() } else { counts.collect() },
             mean: picture.mean,
             variance: picture.variance,
-            samples: picture.samples,
-            blank: self.blank.clone(),
-            features: self.features.iter().map(|&f| f * share).collect(),
+            features: self.features.iter().enumerate().map(|(i, &f)| f * share(i)).collect(),
         }
     }
 
+    fn pixels(&self) -> usize {
+        self.features.len()
+    }
+
     fn close_group(&mut self) {
-        let closed = std::mem::replace(&mut self.group, Group::new(self.blank.len()));
+        let new = Group::new(self.pixels());
+        let closed = std::mem::replace(&mut self.group, new);
         let (mut picture, pending) = (std::mem::take(&mut self.picture), self.pending.take());
         self.weigh_in(&mut picture, pending.as_ref(), &closed);
         self.picture = picture;
@@ -167,10 +210,11 @@ impl Film {
     fn weigh_in(&self, picture: &mut Picture, pending: Option<&Group>, newest: &Group) {
         match self.combine {
             Combine::Last => {
-                *picture = Picture::new(self.blank.len());
+                let before = std::mem::replace(picture, Picture::new(self.pixels()));
                 picture.weigh_in(self.width, newest, [Some(1.0); 2]);
+                picture.fill_in(before, newest);
             }
-            Combine::All => picture.weigh_in(self.width, newest, [Some(newest.samples as f64); 2]),
+            Combine::All => picture.weigh_in(self.width, newest, [Some(newest.mean_count()); 2]),
             Combine::InverseVariance => {
                 if let Some(before) = pending {
                     picture.weigh_in(self.width, before, before.weights(self.width as usize, newest));
@@ -188,25 +232,33 @@ impl Picture {
             weight: [0.0; 2],
             told: [false; 2],
             samples: 0,
+            surplus: Surplus::default(),
         }
     }
 
     fn weigh_in(&mut self, width: u32, group: &Group, weights: [Option<f64>; 2]) {
-        let shares = [0, 1].map(|colour| self.add_weight(colour, weights[colour], group.samples));
-        self.samples += group.samples;
+        let (held, mean_count) = (self.samples, group.mean_count());
+        let shares = [0, 1].map(|colour| self.add_weight(colour, weights[colour], mean_count));
         self.mean.par_iter_mut().zip(&mut self.variance).enumerate().for_each(|(i, (mean, variance))| {
-            let (old, new) = shares[parity(i, width as usize)];
-            let (newer, newer_variance) = group.moments(i);
+            let (old, new) = group.shares(i, mean_count, shares[parity(i, width as usize)]);
+            let (newer, mut newer_variance) = group.moments(i);
+            if group.count(i) == 1 {
+                // one sample does not tell how it varies; those before it do, where they are several
+                newer_variance = (*variance * held as f32).min(Rgb::MAX);
+            }
             // steps towards the new mean: equal ones stay what they are to the last bit
             *mean += (newer - *mean) * new;
             *variance = *variance * old.powi(2) + newer_variance * new.powi(2);
         });
+        self.samples += group.samples;
+        self.surplus.add_all(&group.surplus);
     }
 
     /// Adds the weight of a group to that of the groups before it, and returns the shares of those and of the group in both
-    /// together. A group that tells nothing of its noise counts as if its samples varied as those of the others do on average.
-    fn add_weight(&mut self, colour: usize, weight: Option<f64>, samples: u32) -> (f32, f32) {
-        let (before, samples) = (self.samples as f64, samples as f64);
+    /// together; `samples` are its samples of a pixel on average. A group that tells nothing of its noise counts as if its
+    /// samples varied as those of the others do on average.
+    fn add_weight(&mut self, colour: usize, weight: Option<f64>, samples: f64) -> (f32, f32) {
+        let before = self.samples as f64 + self.surplus.mean();
         let new = match (weight, self.told[colour]) {
             (Some(weight), true) => weight,
             (Some(weight), false) => {
@@ -221,6 +273,18 @@ impl Picture {
         self.weight[colour] = total;
         ((old / total) as f32, (new / total) as f32)
     }
+
+    /// Takes the pixels of an earlier picture where the newest group, all that it holds, has no samples.
+    fn fill_in(&mut self, before: Picture, newest: &Group) {
+        if newest.surplus.is_empty() {
+            return;
+        }
+        let pixels = self.mean.len();
+        for i in (0..pixels).filter(|&i| newest.count(i) == 0) {
+            (self.mean[i], self.variance[i]) = (before.mean[i], before.variance[i]);
+            self.surplus.add(i..i + 1, before.samples, pixels);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -230,3 +294,7 @@ mod tests;
 #[cfg(test)]
 #[path = "extremes_tests.rs"]
 mod extremes;
+
+#[cfg(test)]
+#[path = "cut_tests.rs"]
+mod cut_tests;

@@ -1,6 +1,7 @@
 //! The samples of some iterations together, and how much they count among others.
 
 use super::blur::{blur, mean_without_largest};
+use super::surplus::Surplus;
 use crate::math::{Rgb, luminance};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -25,19 +26,50 @@ pub(super) struct Group {
     /// In double precision: the mean of equal samples is that sample, to the last bit.
     pub sum: Vec<DVec3>,
     pub sum_squares: Vec<Rgb>,
+    /// Per pixel, those that all have, and what some have beyond.
     pub samples: u32,
+    pub surplus: Surplus,
 }
 
 impl Group {
     pub fn new(pixels: usize) -> Group {
-        Group { sum: vec![DVec3::ZERO; pixels], sum_squares: vec![Rgb::ZERO; pixels], samples: 0 }
+        Group {
+            sum: vec![DVec3::ZERO; pixels],
+            sum_squares: vec![Rgb::ZERO; pixels],
+            samples: 0,
+            surplus: Surplus::default(),
+        }
     }
 
-    /// Mean and variance of the mean of a pixel. Both are finite where the samples are.
+    /// Samples of a pixel.
+    #[inline]
+    pub fn count(&self, i: usize) -> u32 {
+        self.samples + self.surplus.of(i)
+    }
+
+    /// The same on average.
+    pub fn mean_count(&self) -> f64 {
+        self.samples as f64 + self.surplus.mean()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.samples == 0 && self.surplus.is_empty()
+    }
+
+    /// Both together.
+    pub fn joined(mut self, other: &Group) -> Group {
+        self.sum.par_iter_mut().zip(&other.sum).for_each(|(sum, more)| *sum += more);
+        self.sum_squares.par_iter_mut().zip(&other.sum_squares).for_each(|(sum, more)| *sum += more);
+        self.samples += other.samples;
+        self.surplus.add_all(&other.surplus);
+        self
+    }
+
+    /// Mean and variance of the mean of a pixel; zero without samples. Both are finite where the samples are.
     pub fn moments(&self, i: usize) -> (Rgb, Rgb) {
-        let n = self.samples.max(1) as f32;
+        let n = self.count(i).max(1) as f32;
         let mean = (self.sum[i] / n as f64).as_vec3();
-        if self.samples < 2 {
+        if self.count(i) < 2 {
             return (mean, Rgb::ZERO);
         }
         let spread = self.sum_squares[i] / n - mean * mean;
@@ -45,18 +77,33 @@ impl Group {
         (mean, spread.map(bounded) / (n - 1.0))
     }
 
-    /// The samples that came after those of `before`.
+    /// The samples that came after those of `before`, of which all pixels had equally many.
     pub fn since(&self, before: &Group) -> Group {
         Group {
             sum: self.sum.iter().zip(&before.sum).map(|(all, before)| all - before).collect(),
             sum_squares: self.sum_squares.iter().zip(&before.sum_squares).map(|(all, before)| all - before).collect(),
             samples: self.samples - before.samples,
+            surplus: self.surplus.clone(),
+        }
+    }
+
+    /// The shares of what is before the group and of the group in a pixel, by those of a pixel that has `mean` of its
+    /// samples, as many as all have on average. So each sample counts as much, wherever it is.
+    #[inline]
+    pub fn shares(&self, i: usize, mean: f64, (old, new): (f32, f32)) -> (f32, f32) {
+        match self.count(i) {
+            _ if self.surplus.is_empty() => (old, new),
+            0 => (1.0, 0.0),
+            count => {
+                let new = new * (f64::from(count) / mean) as f32;
+                (old / (old + new), new / (old + new))
+            }
         }
     }
 
     /// Variance of the luminance of one sample, pixel by pixel; `None` where there are fewer than two.
     pub fn sample_variances(&self) -> Option<Vec<f64>> {
-        let variance = |i: usize| luminance(self.moments(i).1) as f64 * self.samples as f64;
+        let variance = |i: usize| luminance(self.moments(i).1) as f64 * self.count(i) as f64;
         (self.samples >= 2).then(|| (0..self.sum.len()).into_par_iter().map(variance).collect())
     }
 
@@ -90,7 +137,8 @@ impl Group {
     /// Squares of the luminance about each of the pixels that count, by these alone. They are positive; `None` where all of
     /// these pixels are black.
     fn squares(&self, width: usize, counts: impl Fn(&usize) -> bool + Sync) -> Option<Vec<f64>> {
-        let light: Vec<f64> = self.sum.iter().map(|&s| wide_luminance(s / self.samples as f64)).collect();
+        let mean = |(i, &sum): (usize, &DVec3)| wide_luminance(sum / f64::from(self.count(i).max(1)));
+        let light: Vec<f64> = self.sum.iter().enumerate().map(mean).collect();
         let pixels = (0..light.len()).filter(&counts).count();
         let mean = (0..light.len()).filter(&counts).map(|i| light[i]).sum::<f64>() / pixels.max(1) as f64;
         let square = |l: &f64| l * l + (FLOOR * mean).powi(2);

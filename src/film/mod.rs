@@ -5,6 +5,7 @@ pub mod alike;
 pub mod blur;
 mod group;
 mod settings;
+mod surplus;
 pub mod tile;
 
 pub use settings::{Combine, FilmSettings, Filter};

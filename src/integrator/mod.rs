@@ -8,8 +8,10 @@ pub mod path;
 pub mod probe;
 mod roulette;
 mod settings;
+pub mod stop;
 
 pub use batch::{Batch, BatchResult, Counters, Task};
 pub use path::PathIntegrator;
 pub use roulette::Efficiency;
 pub use settings::{IntegratorSettings, Roulette};
+pub use stop::Stop;

@@ -11,13 +11,15 @@ use super::backup::Vertices;
 use super::batch::{Batch, BatchResult, Counters, PathState, Task, Wave};
 use super::probe::{Cast, Probe, Stage};
 use super::roulette::Efficiency;
+use super::stop::Stop;
 use crate::embree::Coherence;
 use crate::film::tile::{Features, Tile};
 use crate::geometry::Ray;
 use crate::guiding::Field;
 use crate::guiding::settings::GuidingSettings;
 use crate::integrator::IntegratorSettings;
-use crate::math::{Rgb, rng::Rng};
+use crate::math::Rgb;
+use crate::math::rng::Rng;
 use crate::scene::Scene;
 use std::time::{Duration, Instant};
 
@@ -48,11 +50,18 @@ pub struct GuideUse<'a> {
 impl PathIntegrator<'_> {
     /// Renders one task.
     pub fn render(&self, task: &Task, batch: &mut Batch) -> BatchResult {
-        self.render_probed(task, batch, &mut ())
+        self.render_probed(task, batch, &mut (), &Stop::new()).expect("a task that nobody stops is finished")
     }
 
-    /// As [`Self::render`], watched.
-    pub fn render_probed<P: Probe>(&self, task: &Task, batch: &mut Batch, probe: &mut P) -> BatchResult {
+    /// As [`Self::render`], watched; `None` where `stop` gave it up before its end. What its paths had brought until
+    /// then is lost: those that are over are the shorter ones, and they alone would bias the picture.
+    pub fn render_probed<P: Probe>(
+        &self,
+        task: &Task,
+        batch: &mut Batch,
+        probe: &mut P,
+        stop: &Stop,
+    ) -> Option<BatchResult> {
         let start = Instant::now();
         let mut walk = Walk {
             integrator: self,
@@ -65,7 +74,9 @@ impl PathIntegrator<'_> {
         };
         walk.generate();
         walk.weigh_pixels();
-        walk.advance(1);
+        if !walk.advance(1, stop) {
+            return None;
+        }
         let recording = Instant::now();
         let recorder = walk.record();
         walk.counters.recording = recording.elapsed();
@@ -73,7 +84,7 @@ impl PathIntegrator<'_> {
         result.counters.transitions = recorder.as_ref().map_or(0, |r| r.len() as u64);
         result.recorder = recorder;
         result.counters.total = start.elapsed();
-        result
+        Some(result)
     }
 }
 
@@ -104,7 +115,7 @@ impl PathIntegrator<'_> {
         let (probe, jitter) = (&mut (), [0.5; 3]);
         let mut walk = Walk { integrator: self, task: &task, batch, probe, counters, learn: false, jitter };
         walk.weigh_pixels();
-        walk.advance(2);
+        walk.advance(2, &Stop::new());
         walk.batch.radiance.clone()
     }
 }
@@ -150,11 +161,15 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         }
     }
 
-    /// All bounces of all paths: intersect, shade, shadow rays, and then the rays with which they go on.
-    fn advance(&mut self, first_depth: usize) {
+    /// All bounces of all paths: intersect, shade, shadow rays, and then the rays with which they go on. `false` where
+    /// `stop` came before the last.
+    fn advance(&mut self, first_depth: usize, stop: &Stop) -> bool {
         let mut depth = first_depth;
         let mut jitter = self.jitter_numbers();
         while !self.batch.wave.rays.is_empty() {
+            if stop.gives_up_tasks() {
+                return false;
+            }
             if self.integrator.guide.is_some_and(|g| g.settings.jitter) {
                 self.jitter = [jitter.f32(), jitter.f32(), jitter.f32()];
             }
@@ -175,6 +190,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             std::mem::swap(&mut self.batch.wave, &mut self.batch.next);
             depth += 1;
         }
+        true
     }
 
     /// Notes what each path has brought by the time when only light of a further bounce can follow: that which the first

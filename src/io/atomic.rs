@@ -1,5 +1,6 @@
 //! Files that are either complete or not there.
 
+use super::temporary;
 use crate::{Error, Result};
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -9,13 +10,22 @@ use tempfile::NamedTempFile;
 /// Replaces the file at `path` by what `write` writes, or leaves it as it was.
 ///
 /// The bytes go to a temporary file in the same folder, reach the disk, and are renamed. On any error the temporary
-/// file is removed. A symbolic link stays and the file it names is replaced; a replaced file keeps its permissions.
-/// A device or a pipe is written directly, for it cannot be replaced.
+/// file is removed; one that a killed program left is removed by the next that writes into the folder. A symbolic link
+/// stays and the file it names is replaced; a replaced file keeps its permissions. A device or a pipe is written directly,
+/// for it cannot be replaced.
 ///
 /// # Errors
 /// [`Error::Io`] about `path`: no such folder, no permission, full disk, or what `write` returned.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     write_or_undo(path, write).map_err(Error::io(path))
+}
+
+/// Makes and removes an empty file in a folder, so as to know whether it takes files.
+///
+/// # Errors
+/// What keeps a file from being made.
+pub fn try_folder(folder: &Path) -> io::Result<()> {
+    temporary::create(folder).map(drop)
 }
 
 fn write_or_undo(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
@@ -57,12 +67,7 @@ fn temporary_beside(target: &Path, existing: Option<&Metadata>) -> io::Result<Na
     if !folder.is_dir() {
         return Err(io::Error::new(io::ErrorKind::NotFound, "its folder does not exist"));
     }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".phototaxis-").suffix(".tmp");
-    // Temporary files are private by default; this one becomes a file like any other, as the umask has it.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let file = builder.tempfile_in(folder)?;
+    let file = temporary::create(folder)?;
     if let Some(existing) = existing {
         file.as_file().set_permissions(existing.permissions())?;
     }

@@ -2,3 +2,4 @@
 
 pub mod atomic;
 pub(crate) mod contain;
+mod temporary;

@@ -1,5 +1,6 @@
 //! The driver: iterations × passes × rounds, and the clock.
 
+use super::end::{End, TimeLimit};
 use super::round::{Spare, Traced};
 use super::schedule::{Tiling, iteration_samples, iteration_seconds, round_paths, rounds};
 use super::worth::Worth;
@@ -9,7 +10,7 @@ use crate::film::accumulate::{FEATURE_SAMPLES, Film};
 use crate::guiding::Guide;
 use crate::guiding::settings::{GuidingMethod, Updates};
 use crate::integrator::probe::Watch;
-use crate::integrator::{Counters, Efficiency};
+use crate::integrator::{Counters, Efficiency, Stop};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
@@ -40,6 +41,9 @@ pub(super) struct Driver<'a, W> {
     pub(super) samples: u32,
     pub(super) paths: u64,
     pub(super) start: Instant,
+    pub(super) end: End<'a>,
+    /// What the newest pass took, or nothing before the first.
+    newest_pass: Duration,
     pub(super) traced: Traced,
     pub(super) spare: Spare,
 }
@@ -50,6 +54,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         settings: &'a Settings,
         Keeping { from, keep }: Keeping,
         watch: &'a W,
+        stop: &'a Stop,
     ) -> Driver<'a, W> {
         let start = Instant::now();
         // a guide that is given or to be kept is wanted, whatever it pays
@@ -73,6 +78,8 @@ impl<'a, W: Watch> Driver<'a, W> {
             samples: 0,
             paths: 0,
             start,
+            end: End { stop, deadline: None },
+            newest_pass: Duration::ZERO,
             traced: Traced::default(),
             spare: Spare::default(),
         }
@@ -97,7 +104,10 @@ impl<'a, W: Watch> Driver<'a, W> {
     }
 
     /// What came of it.
-    pub(super) fn finish(self) -> Rendering {
+    pub(super) fn finish(mut self) -> Rendering {
+        if self.samples < self.settings.render.spp {
+            self.film.join_rest();
+        }
         let seconds = self.start.elapsed().as_secs_f64();
         let (mut estimate, unit) = (self.film.develop(), self.scene.light_unit());
         estimate.mean.par_iter_mut().for_each(|mean| *mean = unit.radiance(*mean));
@@ -117,12 +127,11 @@ impl<'a, W: Watch> Driver<'a, W> {
     /// Samples per pixel that are left of the budget; under a time limit an estimate from the speed so far.
     fn samples_left(&self) -> u32 {
         let left = self.settings.render.spp - self.samples;
-        match self.settings.render.time {
+        match self.time_limit() {
             Some(limit) => self.iterations.last().map_or(left, |newest| {
                 // what guided samples cost is not what those before them did
                 let per_sample = newest.seconds / newest.samples.max(1) as f64;
-                let seconds = limit - self.start.elapsed().as_secs_f64();
-                left.min((seconds / per_sample).round().max(0.0) as u32)
+                left.min((limit.left() / per_sample).round().max(0.0) as u32)
             }),
             None => left,
         }
@@ -152,18 +161,18 @@ impl<'a, W: Watch> Driver<'a, W> {
         while report.samples < target && go_on {
             let pass = self.tiling.samples.min(target - report.samples);
             let before = report.counters.clone();
-            let took = timed(|| self.pass(pass, learn, &mut report));
+            let whole = self.pass(pass, learn, &mut report);
             if let Some(worth) = self.worth.as_mut().filter(|worth| worth.measures()) {
                 worth.add_pass(&before, &report.counters);
             }
-            report.samples += pass;
-            go_on = observer(&self.progress()) && !self.time_is_up(took);
+            go_on = observer(&self.progress()) && whole && !self.end.stop.is_asked() && !self.time_is_up();
             if !last && self.takes_too_long(start) {
                 break;
             }
         }
         self.take_in(&mut report);
-        if let Some(guide) = self.guide.as_mut().filter(|_| learn && (go_on || self.keep)) {
+        let in_time = !self.end.is_urgent();
+        if let Some(guide) = self.guide.as_mut().filter(|_| learn && (go_on || self.keep) && in_time) {
             // An iteration that was broken off says too little of where states are to be refined or dropped.
             let whole = go_on || report.samples >= samples / 2;
             let end = || if whole { guide.end_iteration(report.samples) } else { guide.refresh() };
@@ -182,13 +191,30 @@ impl<'a, W: Watch> Driver<'a, W> {
         go_on
     }
 
-    /// Adds `samples` to every pixel.
-    fn pass(&mut self, samples: u32, learn: bool, report: &mut IterationReport) {
-        for round in rounds(&self.tiling.pass(self.samples, samples), round_paths(self.online())) {
-            self.round(&round, learn, report);
+    /// Adds `samples` to every pixel; `false` where it was cut, and some pixels had theirs and others had not.
+    fn pass(&mut self, samples: u32, learn: bool, report: &mut IterationReport) -> bool {
+        let start = Instant::now();
+        // the clock leaves no pixel without any
+        self.end.deadline = self.time_limit().filter(|_| self.samples > 0).and_then(|t| t.deadline(self.newest_pass));
+        let (tasks, features) = (self.tiling.pass(self.samples, samples), self.samples < FEATURE_SAMPLES);
+        let mut done = Vec::with_capacity(tasks.len());
+        for round in rounds(&tasks, round_paths(self.online())) {
+            done.append(&mut self.round(&round, learn, report));
         }
-        self.film.add_samples(samples, self.samples < FEATURE_SAMPLES);
-        self.samples += samples;
+        let whole = done.len() == tasks.len();
+        match whole {
+            true => self.film.add_samples(samples, features),
+            false => done.iter().for_each(|task| self.film.add_samples_in(&task.tile, task.samples, features)),
+        }
+        self.count_samples(report);
+        self.newest_pass = start.elapsed();
+        whole
+    }
+
+    /// Samples per pixel so far, on average where a pass was cut.
+    pub(super) fn count_samples(&mut self, report: &mut IterationReport) {
+        self.samples = (self.paths / self.pixels()) as u32;
+        report.samples = (report.counters.paths / self.pixels()) as u32;
     }
 
     /// Whether the guide's snapshot follows what it learns, round by round.
@@ -203,7 +229,7 @@ impl<'a, W: Watch> Driver<'a, W> {
     pub(super) fn progress(&self) -> Progress {
         let seconds = self.start.elapsed().as_secs_f64();
         let by_samples = self.paths as f64 / (self.pixels() as f64 * self.settings.render.spp as f64);
-        let by_time = self.settings.render.time.map_or(0.0, |limit| seconds / limit);
+        let by_time = self.time_limit().map_or(0.0, |limit| seconds / limit.seconds);
         Progress { samples: self.samples, share: by_samples.max(by_time).min(1.0), seconds, paths: self.paths }
     }
 
@@ -213,11 +239,13 @@ impl<'a, W: Watch> Driver<'a, W> {
         iteration_seconds(limit - (began - self.start).as_secs_f64()) < began.elapsed().as_secs_f64()
     }
 
-    /// Whether the time is used, or another pass, which takes as long as the last, would go beyond it by more than half of
-    /// itself.
-    fn time_is_up(&self, pass: Duration) -> bool {
-        let Some(limit) = self.settings.render.time else { return false };
-        self.start.elapsed().as_secs_f64() + 0.5 * pass.as_secs_f64() >= limit
+    fn time_limit(&self) -> Option<TimeLimit> {
+        self.settings.render.time.map(|seconds| TimeLimit { start: self.start, seconds })
+    }
+
+    /// Whether there is no time for another pass.
+    fn time_is_up(&self) -> bool {
+        self.time_limit().is_some_and(|limit| limit.is_over(self.newest_pass))
     }
 }
 

@@ -4,6 +4,7 @@ mod blocks;
 mod cost;
 mod driver;
 mod efficiency;
+mod end;
 pub mod guide_file;
 mod judging;
 mod noise;
@@ -20,6 +21,7 @@ pub use verdict::{Reason, Trial, Verdict};
 use crate::film::accumulate::Estimate;
 use crate::guiding::Guide;
 use crate::guiding::settings::GuidingSettings;
+pub use crate::integrator::Stop;
 use crate::integrator::probe::Watch;
 use crate::integrator::{Counters, IntegratorSettings};
 use crate::scene::Scene;
@@ -37,7 +39,7 @@ pub struct Settings {
 /// What one iteration did.
 #[derive(Clone, Debug)]
 pub struct IterationReport {
-    /// Samples per pixel.
+    /// Samples per pixel; on average, rounded down, where a pass was cut.
     pub samples: u32,
     pub seconds: f64,
     /// Seconds of it in which the guide learnt and froze: processor time over the number of threads.
@@ -67,7 +69,8 @@ pub type Observer<'a> = &'a mut dyn FnMut(&Progress) -> bool;
 pub struct Rendering {
     pub estimate: Estimate,
     pub iterations: Vec<IterationReport>,
-    /// All samples per pixel that were traced, those of discarded iterations too.
+    /// All samples per pixel that were traced, those of discarded iterations too; on average, rounded down, where a pass was
+    /// cut.
     pub samples: u32,
     /// From the guide's making to the last sample, learning included.
     pub seconds: f64,
@@ -96,18 +99,31 @@ pub fn render(scene: &Scene, settings: &Settings, observer: Observer) -> Renderi
 
 /// As [`render`], with a guide that was learnt before, or will be used after.
 pub fn render_keeping(scene: &Scene, settings: &Settings, keeping: Keeping, observer: Observer) -> Rendering {
-    render_watched(scene, settings, keeping, &(), observer)
+    render_until(scene, settings, keeping, &Stop::new(), observer)
 }
 
-/// As [`render_keeping`], every batch of it watched.
+/// As [`render_keeping`], or until `stop` asks for its end, which may cut a pass: the picture then has more samples in some
+/// pixels than in others.
+pub fn render_until(
+    scene: &Scene,
+    settings: &Settings,
+    keeping: Keeping,
+    stop: &Stop,
+    observer: Observer,
+) -> Rendering {
+    render_watched(scene, settings, keeping, &(), stop, observer)
+}
+
+/// As [`render_until`], every batch of it watched.
 pub fn render_watched<W: Watch>(
     scene: &Scene,
     settings: &Settings,
     keeping: Keeping,
     watch: &W,
+    stop: &Stop,
     observer: Observer,
 ) -> Rendering {
-    let mut driver = Driver::new(scene, settings, keeping, watch);
+    let mut driver = Driver::new(scene, settings, keeping, watch, stop);
     match settings.render.order {
         Order::Progressive => driver.run(observer),
         Order::Blocks => driver.run_blocks(observer),

@@ -3,6 +3,7 @@
 
 use super::IterationReport;
 use super::driver::{Driver, timed};
+use super::end::End;
 use super::schedule::rounds;
 use crate::film::accumulate::{FEATURE_SAMPLES, Film};
 use crate::guiding::{Lesson, Recorder};
@@ -55,6 +56,7 @@ impl Spare {
 struct Crew<'a, W> {
     integrator: PathIntegrator<'a>,
     watch: &'a W,
+    end: End<'a>,
     spare: &'a Spare,
     tasks: Mutex<std::iter::Enumerate<std::slice::Iter<'a, Task>>>,
     film: Mutex<Option<&'a mut Film>>,
@@ -62,7 +64,7 @@ struct Crew<'a, W> {
     lessons: Mutex<std::vec::IntoIter<Lesson<'a>>>,
 }
 
-/// One thread's share of it: the results by the number of their tasks.
+/// One thread's share of it: results with the numbers of their tasks.
 struct Share {
     results: Vec<(usize, BatchResult)>,
     film: Duration,
@@ -79,36 +81,47 @@ impl<W: Watch> Crew<'_, W> {
         });
         let mut results = Vec::new();
         let mut batch = pop(&self.spare.batches);
-        while let Some((k, task)) = next(&self.tasks) {
-            results.push((k, self.trace(task, &mut batch)));
+        while !self.end.is_due()
+            && let Some((k, task)) = next(&self.tasks)
+        {
+            results.extend(self.trace(task, &mut batch).map(|result| (k, result)));
         }
         lock(&self.spare.batches).push(batch);
         let mut learning = Duration::ZERO;
-        while let Some(lesson) = next(&self.lessons) {
+        while !self.end.is_urgent()
+            && let Some(lesson) = next(&self.lessons)
+        {
             learning += timed(|| lesson.learn());
         }
         Share { results, film, learning }
     }
 
-    fn trace(&self, task: &Task, batch: &mut Batch) -> BatchResult {
+    /// `None` where it was given up.
+    fn trace(&self, task: &Task, batch: &mut Batch) -> Option<BatchResult> {
         if self.integrator.guide.is_some_and(|guide| guide.learn) {
             batch.recorder = pop(&self.spare.recorders);
         }
         let mut probe = self.watch.begin(task);
         let integrator = PathIntegrator { features: task.first_sample < FEATURE_SAMPLES, ..self.integrator };
-        let result = integrator.render_probed(task, batch, &mut probe);
+        let result = integrator.render_probed(task, batch, &mut probe, self.end.stop)?;
         self.watch.end(task, probe);
-        result
+        Some(result)
     }
 }
 
 impl<W: Watch> Driver<'_, W> {
-    /// Traces the tasks of a round. What they bring is taken in with the next tasks, or by [`Self::take_in`].
-    pub(super) fn round(&mut self, round: &[Task], learn: bool, report: &mut IterationReport) {
+    /// Traces the tasks of a round, and returns those that were traced, which are all unless rendering is to end. What
+    /// they bring is taken in with the next tasks, or by [`Self::take_in`].
+    pub(super) fn round(&mut self, round: &[Task], learn: bool, report: &mut IterationReport) -> Vec<Task> {
         let learn = learn && self.can_learn_more(report);
         let most = if learn { LEARNING_PATHS * rayon::current_num_threads() } else { usize::MAX };
+        let mut done = Vec::with_capacity(round.len());
         for part in rounds(round, most) {
-            self.trace(part, learn, report);
+            if self.end.is_due() {
+                break;
+            }
+            self.trace(&part, learn, report);
+            done.extend(&self.traced.tasks);
         }
         if self.online() {
             self.take_in(report);
@@ -116,10 +129,11 @@ impl<W: Watch> Driver<'_, W> {
                 report.learn_seconds += timed(|| guide.refresh()).as_secs_f64();
             }
         }
+        done
     }
 
-    fn trace(&mut self, tasks: Vec<Task>, learn: bool, report: &mut IterationReport) {
-        let results = self.work(&tasks, learn, report);
+    fn trace(&mut self, tasks: &[Task], learn: bool, report: &mut IterationReport) {
+        let (tasks, results): (Vec<Task>, Vec<BatchResult>) = self.work(tasks, learn, report).into_iter().unzip();
         for (task, result) in tasks.iter().zip(&results) {
             self.add_bounced(&task.tile, &result.bounced);
             report.counters.add(&result.counters);
@@ -144,12 +158,13 @@ impl<W: Watch> Driver<'_, W> {
         self.online() || !enough(self, transitions)
     }
 
-    /// All threads trace tasks, and take in what the last brought; results in the order of the tasks.
-    fn work(&mut self, tasks: &[Task], learn: bool, report: &mut IterationReport) -> Vec<BatchResult> {
+    /// All threads trace tasks, and take in what the last brought; the tasks that were traced, in their order, and what
+    /// they brought.
+    fn work(&mut self, tasks: &[Task], learn: bool, report: &mut IterationReport) -> Vec<(Task, BatchResult)> {
         let traced = std::mem::take(&mut self.traced);
         let (guided, bounced, recorders) = (self.guided(), self.measures(), traced.recorders());
         let (field, lessons) = match self.guide.as_mut() {
-            Some(guide) if !recorders.is_empty() => {
+            Some(guide) if !recorders.is_empty() && !self.end.is_urgent() => {
                 let start = Instant::now();
                 let (field, lessons) = guide.lessons(&recorders);
                 report.learn_seconds += start.elapsed().as_secs_f64();
@@ -167,6 +182,7 @@ impl<W: Watch> Driver<'_, W> {
         let crew = Crew {
             integrator: PathIntegrator { scene, settings, guide, seed: self.seed, features: false, bounced },
             watch: self.watch,
+            end: self.end,
             spare: &self.spare,
             tasks: Mutex::new(tasks.iter().enumerate()),
             film: Mutex::new(Some(&mut self.film)),
@@ -178,7 +194,7 @@ impl<W: Watch> Driver<'_, W> {
         report.add_times(&shares);
         let most = tasks.len().max(traced.tasks.len());
         self.spare.keep(traced.emptied(), most);
-        in_order(shares)
+        in_order(shares).map(|(k, result)| (tasks[k], result)).collect()
     }
 }
 
@@ -191,10 +207,10 @@ impl IterationReport {
     }
 }
 
-fn in_order(shares: Vec<Share>) -> Vec<BatchResult> {
+fn in_order(shares: Vec<Share>) -> impl Iterator<Item = (usize, BatchResult)> {
     let mut results: Vec<_> = shares.into_iter().flat_map(|share| share.results).collect();
     results.sort_unstable_by_key(|(k, _)| *k);
-    results.into_iter().map(|(_, result)| result).collect()
+    results.into_iter()
 }
 
 /// The next piece of what threads share; apart from its use, so that others need not wait for that.

@@ -17,3 +17,4 @@ mod persistence;
 mod references;
 mod report;
 mod scaling;
+mod stopping;

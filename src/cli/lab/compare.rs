@@ -4,7 +4,9 @@ mod screen;
 mod table;
 
 use crate::cli::choices::Machine;
-use crate::cli::render::{stop_flag, warn};
+use crate::cli::progress::say;
+use crate::cli::render::warn;
+use crate::cli::signals::Signals;
 use crate::io::atomic::write_atomically;
 use crate::lab::compare::atelier::{Atelier, reference_blocks};
 use crate::lab::compare::cell::{Cell, cells};
@@ -17,12 +19,12 @@ use crate::lab::compare::schedule::carry_out;
 use crate::lab::compare::stage::Stage;
 use crate::lab::compare::store::Store;
 use crate::lab::compare::{file, report, sweep};
+use crate::render::Stop;
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use screen::Screen;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 const NOTES: &str = "Examples:
   phototaxis compare scenes/door.toml --methods none,grid,adaptive --time 5,10,20
@@ -113,13 +115,13 @@ pub fn run(arguments: &CompareArguments) -> Result<ExitCode> {
         std::fs::remove_file(&log).with_context(|| log.display().to_string())?;
     }
     let mut store = Store::open(&log, &stage.plan_hash(&plan), &plan.title)?;
-    let stop = stop_flag()?;
-    let outcome = carry_on(arguments, &plan, &stage, &mut store, &stop);
+    let signals = Signals::catch(arguments.quiet)?;
+    let outcome = carry_on(arguments, &plan, &stage, &mut store, signals.stop());
     // Whatever ended it: what was measured is not lost.
     let finished = finish(arguments, &plan, &stage, &store);
     let whole = outcome?;
     finished?;
-    Ok(if whole { ExitCode::SUCCESS } else { ExitCode::from(130) })
+    Ok(if whole { ExitCode::SUCCESS } else { signals.exit_code() })
 }
 
 /// What file and flags say; flags have the last word.
@@ -172,16 +174,15 @@ fn names(text: &str) -> Vec<String> {
     }
 }
 
-/// Makes the runs that are missing; `false` where Ctrl-C came before all were there.
-fn carry_on(a: &CompareArguments, plan: &Plan, stage: &Stage, store: &mut Store, stop: &AtomicBool) -> Result<bool> {
+/// Makes the runs that are missing; `false` where a signal came before all were there.
+fn carry_on(a: &CompareArguments, plan: &Plan, stage: &Stage, store: &mut Store, stop: &Stop) -> Result<bool> {
     let screen = Screen::new(a.quiet);
     let mut listener = |event: crate::lab::compare::atelier::Event| {
         screen.show(&event);
-        !stop.load(Ordering::Relaxed)
     };
     // A gallery goes on where a reference cannot be made good enough, and its verdicts say what is then not known.
     let allow_noisy = a.allow_noisy_reference || plan.gallery.is_some();
-    let mut studio = Atelier::new(plan, stage, &a.output, allow_noisy, &mut listener);
+    let mut studio = Atelier::new(plan, stage, &a.output, allow_noisy, stop, &mut listener);
     Ok(carry_out(plan, store, &mut studio, &mut &screen)?)
 }
 
@@ -201,7 +202,7 @@ fn finish(arguments: &CompareArguments, plan: &Plan, stage: &Stage, store: &Stor
     }
     write(&folder.join("results.csv"), csv(plan, store).as_bytes())?;
     let matrix = matrix(plan, stage, store, &cells, folder)?;
-    table::print(plan, store, &cells)?;
+    let table = table::lines(plan, store, &cells);
     let mut results = Results::new(plan, stage, store, &command_line(), cells, charts);
     if let Some(matrix) = matrix {
         results.add_gallery(matrix);
@@ -213,9 +214,9 @@ fn finish(arguments: &CompareArguments, plan: &Plan, stage: &Stage, store: &Stor
     write(&folder.join("results.json"), json.as_bytes())?;
     write(&folder.join("report.html"), report::page(&json).as_bytes())?;
     if !arguments.quiet {
-        eprintln!("wrote {0}/report.html, {0}/results.json, {0}/results.csv and {0}/charts", folder.display());
+        say(&format!("wrote {0}/report.html, {0}/results.json, {0}/results.csv and {0}/charts", folder.display()));
     }
-    Ok(())
+    table.iter().try_for_each(|line| crate::cli::print(line))
 }
 
 /// The verdicts, where the plan asks for them, written as tables and pictures.

@@ -5,8 +5,10 @@ mod table;
 use crate::cli::choices::Machine;
 use crate::cli::inspect::pictures::Pictures;
 use crate::cli::output::Outputs;
-use crate::cli::render::{stop_flag, subject, watched};
+use crate::cli::progress::say;
+use crate::cli::render::{subject, watched};
 use crate::cli::report::{Context, Report};
+use crate::cli::signals::Signals;
 use crate::format;
 use crate::format::SceneFile;
 use crate::image::Image;
@@ -22,7 +24,6 @@ use clap::Args;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
 use table::Row;
 
 /// Paths that are traced for each direction of the truth that Q is drawn beside.
@@ -71,15 +72,16 @@ pub fn run(arguments: &PaperArguments) -> Result<ExitCode> {
     let chosen = choose(&arguments.only)?;
     let threads = arguments.machine.start(arguments.quiet)?;
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
-    let mut studio = Studio { arguments, threads, stop: &*stop_flag()?, references: BTreeMap::new() };
+    let mut studio =
+        Studio { arguments, threads, signals: Signals::catch(arguments.quiet)?, references: BTreeMap::new() };
     let mut rows = Vec::new();
     for preset in chosen {
         let Some(row) = studio.take(preset)? else { break };
         rows.push(row);
     }
-    table::print(&rows)?;
     table::write(&rows, &arguments.out.join("paper.json"))?;
-    Ok(if studio.stopped() { ExitCode::from(130) } else { ExitCode::SUCCESS })
+    table::print(&rows)?;
+    Ok(studio.signals.exit_code())
 }
 
 fn choose(names: &[String]) -> Result<Vec<&'static Preset>> {
@@ -95,13 +97,13 @@ struct Studio<'a> {
     arguments: &'a PaperArguments,
     /// For Embree.
     threads: usize,
-    stop: &'a AtomicBool,
+    signals: Signals,
     references: BTreeMap<&'static str, Image>,
 }
 
 impl Studio<'_> {
     fn stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        self.signals.came()
     }
 
     /// Renders and writes one preset; `None` where Ctrl-C came before it was done.
@@ -209,10 +211,10 @@ impl Studio<'_> {
 
     fn render(&self, what: &str, description: &SceneFile, keeping: Keeping) -> Result<(Scene, Rendering)> {
         if !self.arguments.quiet {
-            eprintln!("rendering {what}");
+            say(&format!("rendering {what}"));
         }
         let (scene, _) = Scene::load(&description.scene, self.threads, description.render.robust)?;
-        let rendering = watched(&scene, description, keeping, self.arguments.quiet, self.stop);
+        let rendering = watched(&scene, description, keeping, self.arguments.quiet, self.signals.stop());
         Ok((scene, rendering))
     }
 

@@ -15,14 +15,14 @@ use crate::image::exr::{self, Metadata, Window};
 use crate::image::{Image, Layer};
 use crate::integrator::Counters;
 use crate::platform::Platform;
-use crate::render::{self, IterationReport, Progress, Rendering, Settings};
+use crate::render::{self, IterationReport, Keeping, Progress, Rendering, Settings, Stop};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use limits::Limits;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What it does, for those who wait; told so again and again, and asked whether to go on.
+/// What it does, for those who wait; told so again and again.
 pub enum Event<'a> {
     /// A pilot run of a method.
     Pilot {
@@ -44,7 +44,7 @@ pub enum Event<'a> {
     },
 }
 
-pub type Listener<'a> = &'a mut dyn FnMut(Event) -> bool;
+pub type Listener<'a> = &'a mut dyn FnMut(Event);
 
 /// Renders and measures the runs of a plan.
 pub struct Atelier<'a> {
@@ -53,6 +53,7 @@ pub struct Atelier<'a> {
     folder: &'a Path,
     allow_noisy: bool,
     reference: Option<Reference>,
+    stop: &'a Stop,
     listener: Listener<'a>,
     limits: Limits,
     /// The largest error so far by method, of the scene that was made ready; only kept for a gallery.
@@ -60,16 +61,18 @@ pub struct Atelier<'a> {
 }
 
 impl<'a> Atelier<'a> {
-    /// `folder` takes references and pictures. With `allow_noisy`, references are used whatever their noise.
+    /// `folder` takes references and pictures. With `allow_noisy`, references are used whatever their noise. Once `stop` is
+    /// asked for, the run under way is thrown away and no other begins.
     pub fn new(
         plan: &'a Plan,
         stage: &'a Stage,
         folder: &'a Path,
         allow_noisy: bool,
+        stop: &'a Stop,
         listener: Listener<'a>,
     ) -> Atelier<'a> {
         let (limits, worst) = (Limits::default(), Vec::new());
-        Atelier { plan, stage, folder, allow_noisy, reference: None, listener, limits, worst }
+        Atelier { plan, stage, folder, allow_noisy, reference: None, stop, listener, limits, worst }
     }
 
     /// Renders; `None` where it was told to stop.
@@ -79,12 +82,11 @@ impl<'a> Atelier<'a> {
         settings: &Settings,
         event: impl Fn(Progress) -> Event<'e>,
     ) -> Option<Rendering> {
-        let mut go_on = true;
-        let rendering = render::render(scene, settings, &mut |progress| {
-            go_on &= (self.listener)(event(*progress));
-            go_on
+        let rendering = render::render_until(scene, settings, Keeping::default(), self.stop, &mut |progress| {
+            (self.listener)(event(*progress));
+            true
         });
-        go_on.then_some(rendering)
+        (!self.stop.is_asked()).then_some(rendering)
     }
 
     /// Keeps a picture of a scene's method.
@@ -110,6 +112,9 @@ impl Studio for Atelier<'_> {
         let name = entry.name();
         if self.plan.gallery.is_some() {
             self.look_at_gallery(scene, store)?;
+        }
+        if self.stop.is_asked() {
+            return Ok(false);
         }
         if let Some(known) = store.reference(&name) {
             self.reference = Some(reference::read(&known.file(self.folder), self.stage.plain(scene).0)?);

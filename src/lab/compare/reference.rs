@@ -10,7 +10,7 @@ use crate::image::exr::{self, Attribute, Metadata, Window, read_layers, read_rgb
 use crate::image::{Image, Layer};
 use crate::math::Rgb;
 use crate::platform::Platform;
-use crate::render::{self, Order, Progress, Rendering};
+use crate::render::{self, Keeping, Order, Progress, Rendering, Stop};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use rustc_hash::FxHasher;
@@ -38,8 +38,10 @@ pub struct Growth<'a> {
     pub wanted: f64,
     /// Seconds that it may take in all.
     pub time: f64,
-    /// Asked in the middle of rendering whether to go on.
-    pub observer: &'a mut dyn FnMut(&Progress) -> bool,
+    /// What may end it early.
+    pub stop: &'a Stop,
+    /// Told in the middle of rendering how far it is.
+    pub observer: &'a mut dyn FnMut(&Progress),
 }
 
 /// Of the reference of a scene: its name, and a hash of all that decides what it shows.
@@ -102,10 +104,9 @@ impl Growing {
         }
     }
 
-    /// Renders until the noise is as wanted, the time is over, or the observer has had enough; `None` where that was
+    /// Renders until the noise is as wanted, the time is over, or it is stopped; `None` where that was
     /// before there was anything.
     pub fn grow(mut found: Option<Growing>, scene: &Scene, of: &SceneFile, growth: Growth) -> Option<Growing> {
-        let mut go_on = true;
         while let Some(samples) = found.as_ref().map_or(Some(FIRST), |f| f.next(growth.wanted, growth.time)) {
             let taken = found.as_ref().map_or((0, 0.0), |f| (f.samples, f.seconds));
             let mut settings = super::stage::settings(of);
@@ -116,11 +117,12 @@ impl Growing {
             settings.render.time = (taken.0 > 0).then_some(growth.time - taken.1);
             // As many as it has samples: never the same twice, however often it is added to.
             settings.render.seed = SEEDS + u64::from(taken.0);
-            let rendering = render::render(scene, &settings, &mut |progress| {
-                go_on = (growth.observer)(progress);
-                go_on
+            let keeping = Keeping::default();
+            let rendering = render::render_until(scene, &settings, keeping, growth.stop, &mut |progress| {
+                (growth.observer)(progress);
+                true
             });
-            if !go_on {
+            if growth.stop.is_asked() {
                 break;
             }
             found = Some(Growing::merged(found, rendering.estimate, rendering.seconds));

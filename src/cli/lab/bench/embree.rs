@@ -2,6 +2,7 @@
 
 use super::output::{Output, Table, written, written_or};
 use super::{Subject, name};
+use crate::cli::progress::say;
 use crate::lab::bench::{self, EmbreePlan, EmbreeReport};
 use crate::lab::compare::chart::{Sheet, Stack, stacks};
 use anyhow::{Result, bail};
@@ -55,7 +56,7 @@ fn program(arguments: &EmbreeArguments) -> Result<Option<PathBuf>> {
     }
     let found = bench::find_pathtracer(&std::env::var_os("PATH").unwrap_or_default());
     if found.is_none() {
-        eprintln!("SKIPPED: Embree's path tracer is not installed (Debian: apt-get install embree-tools)");
+        say("SKIPPED: Embree's path tracer is not installed (Debian: apt-get install embree-tools)");
     }
     Ok(found)
 }

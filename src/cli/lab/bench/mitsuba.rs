@@ -2,6 +2,7 @@
 
 use super::output::{Output, Table, written, written_or};
 use super::{Subject, name};
+use crate::cli::progress::say;
 use crate::cli::render::warn;
 use crate::format;
 use crate::lab::bench::{Mitsuba, MitsubaPlan, MitsubaReport};
@@ -41,8 +42,9 @@ pub fn run(arguments: &MitsubaArguments) -> Result<()> {
     let mitsuba = Mitsuba::start(&description, plan, python, arguments.keep.as_deref())?;
     warn(mitsuba.warnings());
     for missing in mitsuba.missing() {
-        eprintln!("SKIPPED: Mitsuba's {} does not run by {}: {}", missing.variant, python.display(), missing.reason);
-        eprintln!("(pip install mitsuba; llvm_ad_rgb needs LLVM: apt-get install libllvm19, DRJIT_LIBLLVM_PATH)");
+        let (variant, python, reason) = (missing.variant, python.display(), &missing.reason);
+        say(&format!("SKIPPED: Mitsuba's {variant} does not run by {python}: {reason}"));
+        say("(pip install mitsuba; llvm_ad_rgb needs LLVM: apt-get install libllvm19, DRJIT_LIBLLVM_PATH)");
     }
     let report = mitsuba.measure(output.turns())?;
     let intervals = output.intervals();

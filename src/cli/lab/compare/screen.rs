@@ -1,6 +1,6 @@
 //! What is shown while a comparison goes on.
 
-use crate::cli::progress::Bar;
+use crate::cli::progress::{Bar, say};
 use crate::lab::compare::atelier::Event;
 use crate::lab::compare::record::Run;
 use crate::lab::compare::schedule::Watcher;
@@ -31,7 +31,7 @@ impl Screen {
                 bar.finish();
             }
             if announced && !self.quiet {
-                eprintln!("{label}");
+                say(&label);
             }
             *now = Some((label, Bar::new(self.quiet)));
         }
@@ -49,9 +49,9 @@ impl Watcher for &Screen {
         if !self.quiet {
             let Run { scene, method, budget, seed, samples, seconds, errors, .. } = run;
             let relmse = errors.relmse;
-            eprintln!(
+            say(&format!(
                 "[{done}/{all}] {scene}: {method}, {budget}, seed {seed}: {samples} spp in {seconds:.2} s, relMSE {relmse:.3e}"
-            );
+            ));
         }
     }
 }

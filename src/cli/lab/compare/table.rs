@@ -5,7 +5,6 @@ use crate::lab::compare::cell::{Cell, Mean, Ratio};
 use crate::lab::compare::plan::Plan;
 use crate::lab::compare::record::{ReferenceRecord, Source};
 use crate::lab::compare::store::Store;
-use anyhow::Result;
 
 const HEADINGS: [&str; 11] = [
     "method",
@@ -21,26 +20,26 @@ const HEADINGS: [&str; 11] = [
     "segments",
 ];
 
-/// Prints the cells, scene by scene and budget by budget, and what they were compared with.
-pub fn print(plan: &Plan, store: &Store, cells: &[Cell]) -> Result<()> {
+/// The lines of it: the cells, scene by scene and budget by budget, and what they were compared with.
+pub fn lines(plan: &Plan, store: &Store, cells: &[Cell]) -> Vec<String> {
+    let mut lines = Vec::new();
     for entry in &plan.scenes {
         let scene = entry.name();
         for budget in &plan.budgets {
             let here: Vec<&Cell> = cells.iter().filter(|c| c.scene == scene && c.budget == budget.name()).collect();
             if !here.is_empty() {
-                crate::cli::print(&format!("{scene}, {}", budget.name()))?;
-                print_rows(&here.iter().map(|c| row(c)).collect::<Vec<_>>())?;
-                crate::cli::print("")?;
+                lines.push(format!("{scene}, {}", budget.name()));
+                lines.extend(aligned(&here.iter().map(|c| row(c)).collect::<Vec<_>>()));
+                lines.push(String::new());
             }
         }
         if let Some(reference) = store.reference(&scene) {
-            crate::cli::print(&format!("{scene}: {}", told(reference)))?;
+            lines.push(format!("{scene}: {}", told(reference)));
         }
     }
     let baseline = &plan.methods[plan.baseline].name;
-    crate::cli::print(&format!(
-        "efficiency: 1/(relMSE × seconds), that of {baseline} = 1; bias: p below {ALARM} is marked *"
-    ))
+    lines.push(format!("efficiency: 1/(relMSE × seconds), that of {baseline} = 1; bias: p below {ALARM} is marked *"));
+    lines
 }
 
 fn row(cell: &Cell) -> [String; 11] {
@@ -78,19 +77,16 @@ fn ratio(r: Ratio) -> String {
 }
 
 /// Columns as wide as they need to be; the first is flush left.
-fn print_rows(rows: &[[String; 11]]) -> Result<()> {
+fn aligned(rows: &[[String; 11]]) -> Vec<String> {
     let heading = HEADINGS.map(String::from);
     let all: Vec<&[String; 11]> = std::iter::once(&heading).chain(rows).collect();
     let width = |column: usize| all.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..HEADINGS.len()).map(width).collect();
-    for row in all {
-        let cell = |(k, text): (usize, &String)| match k {
-            0 => format!("  {text:<w$}", w = widths[k]),
-            _ => format!("{text:>w$}", w = widths[k]),
-        };
-        crate::cli::print(&row.iter().enumerate().map(cell).collect::<Vec<_>>().join("  "))?;
-    }
-    Ok(())
+    let cell = |(k, text): (usize, &String)| match k {
+        0 => format!("  {text:<w$}", w = widths[k]),
+        _ => format!("{text:>w$}", w = widths[k]),
+    };
+    all.iter().map(|row| row.iter().enumerate().map(cell).collect::<Vec<_>>().join("  ")).collect()
 }
 
 fn told(reference: &ReferenceRecord) -> String {

@@ -6,7 +6,7 @@ use crate::lab::compare::plan::Budget;
 use crate::lab::compare::schedule::Slot;
 use crate::lab::compare::stage::settings;
 use crate::lab::compare::store::Store;
-use crate::render::{self, Order, Rendering, Settings};
+use crate::render::{self, Keeping, Order, Rendering, Settings};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
@@ -69,8 +69,12 @@ impl Atelier<'_> {
                 let mut settings = settings(description);
                 let render = &mut settings.render;
                 (render.seed, render.spp, render.time) = (REPEATED_SEED, spp, None);
-                let render = || render::render(loaded, &settings, &mut |_| true).estimate;
+                let render =
+                    || render::render_until(loaded, &settings, Keeping::default(), self.stop, &mut |_| true).estimate;
                 let equal = same(&render(), &one_thread.install(render));
+                if self.stop.is_asked() {
+                    return Ok(());
+                }
                 store.add_repeat(&name, &method.name, spp, equal)?;
             }
         }

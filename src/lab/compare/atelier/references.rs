@@ -30,15 +30,12 @@ impl Atelier<'_> {
         let (loaded, description) = self.stage.reference(scene);
         let path = self.folder.join(file);
         let found = Growing::find(&path, loaded)?;
-        let mut go_on = true;
-        let mut observer = |progress: &Progress| {
-            go_on = (self.listener)(Event::Reference { scene: &name, wanted, progress: *progress });
-            go_on
-        };
-        let growth = Growth { wanted, time: self.plan.reference_time, observer: &mut observer };
+        let mut observer =
+            |progress: &Progress| (self.listener)(Event::Reference { scene: &name, wanted, progress: *progress });
+        let growth = Growth { wanted, time: self.plan.reference_time, stop: self.stop, observer: &mut observer };
         let Some(grown) = Growing::grow(found, loaded, description, growth) else { return Ok(false) };
         grown.write(&path, loaded, SEEDS)?;
-        if !go_on {
+        if self.stop.is_asked() {
             return Ok(false);
         }
         if grown.noise() > wanted && !self.allow_noisy {

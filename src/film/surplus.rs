@@ -1,0 +1,77 @@
+//! Numbers of samples where pixels differ in them.
+
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// How many samples pixels have beyond those that all have. It takes memory only where pixels differ, as after a pass that
+/// was cut.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Surplus(Vec<u32>);
+
+impl Surplus {
+    /// Of one pixel.
+    #[inline]
+    pub fn of(&self, pixel: usize) -> u32 {
+        self.0.get(pixel).copied().unwrap_or(0)
+    }
+
+    /// Whether no pixel has any.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Adds `samples` to some of `pixels` pixels.
+    pub fn add(&mut self, some: Range<usize>, samples: u32, pixels: usize) {
+        self.0.resize(pixels, 0);
+        self.0[some].iter_mut().for_each(|n| *n += samples);
+    }
+
+    /// Adds what pixels have there.
+    pub fn add_all(&mut self, other: &Surplus) {
+        self.0.resize(self.0.len().max(other.0.len()), 0);
+        self.0.iter_mut().zip(&other.0).for_each(|(n, more)| *n += more);
+    }
+
+    /// Takes out what all pixels have, and returns that.
+    pub fn level(&mut self) -> u32 {
+        let least = self.0.iter().copied().min().unwrap_or(0);
+        self.0.iter_mut().for_each(|n| *n -= least);
+        if self.0.iter().all(|&n| n == 0) {
+            self.0 = Vec::new();
+        }
+        least
+    }
+
+    /// On average over the pixels.
+    pub fn mean(&self) -> f64 {
+        self.0.par_iter().map(|&n| u64::from(n)).sum::<u64>() as f64 / self.0.len().max(1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_all_pixels_have_is_no_surplus() {
+        let mut surplus = Surplus::default();
+        assert_eq!((surplus.of(3), surplus.level(), surplus.mean()), (0, 0, 0.0));
+        surplus.add(0..2, 4, 4);
+        surplus.add(2..4, 1, 4);
+        assert_eq!((surplus.of(0), surplus.of(3), surplus.mean()), (4, 1, 2.5));
+        assert_eq!((surplus.level(), surplus.of(0), surplus.of(3)), (1, 3, 0));
+        surplus.add(2..4, 3, 4);
+        assert_eq!((surplus.level(), surplus), (3, Surplus::default()));
+    }
+
+    #[test]
+    fn surpluses_add_up() {
+        let (mut one, mut other) = (Surplus::default(), Surplus::default());
+        one.add_all(&other);
+        assert!(one.is_empty());
+        other.add(1..2, 5, 3);
+        one.add_all(&other);
+        other.add_all(&one);
+        assert_eq!([0, 1, 2].map(|i| (one.of(i), other.of(i))), [(0, 0), (5, 10), (0, 0)]);
+    }
+}

@@ -1,0 +1,87 @@
+//! The wish that a render should end before its budget is used.
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long the pass under way may still take after [`Stop::ask`]. A pass that is over by then leaves all pixels with equally
+/// many samples; a longer one is cut, so that nobody waits for it.
+pub const GRACE: Duration = Duration::from_secs(1);
+
+/// A wish to end a render, which any thread may state while the render runs: once, or a second time with more force.
+///
+/// It decides which samples are taken, and never by their values, so that a picture of fewer samples is as unbiased.
+#[derive(Debug, Default)]
+pub struct Stop {
+    asked: OnceLock<Instant>,
+    urgent: AtomicBool,
+}
+
+impl Stop {
+    /// One that nobody has stated yet.
+    pub const fn new() -> Stop {
+        Stop { asked: OnceLock::new(), urgent: AtomicBool::new(false) }
+    }
+
+    /// Asks the render to end: with the pass under way if that ends within [`GRACE`], else in the middle of it. Tasks that
+    /// have begun by then are finished, if that takes no longer than another [`GRACE`].
+    pub fn ask(&self) {
+        self.asked.get_or_init(Instant::now);
+    }
+
+    /// Asks for what there is, at once: tasks under way are given up at their next wave, and nothing more is learnt.
+    pub fn insist(&self) {
+        self.ask();
+        self.urgent.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the render is to end.
+    pub fn is_asked(&self) -> bool {
+        self.asked.get().is_some()
+    }
+
+    /// Whether it is to end at once.
+    #[inline]
+    pub fn is_urgent(&self) -> bool {
+        self.urgent.load(Ordering::Relaxed)
+    }
+
+    /// Whether tasks under way are to be given up.
+    #[inline]
+    pub fn gives_up_tasks(&self) -> bool {
+        self.is_urgent() || self.asked.get().is_some_and(|asked| asked.elapsed() >= 2 * GRACE)
+    }
+
+    /// Whether no further task is to begin.
+    pub fn is_due(&self) -> bool {
+        self.is_urgent() || self.asked.get().is_some_and(|asked| asked.elapsed() >= GRACE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_wish_is_more_urgent_than_the_first() {
+        let stop = Stop::new();
+        assert!(!stop.is_asked() && !stop.is_due() && !stop.is_urgent());
+        stop.ask();
+        assert!(stop.is_asked() && !stop.is_urgent());
+        stop.insist();
+        assert!(stop.is_asked() && stop.is_due() && stop.is_urgent() && stop.gives_up_tasks());
+    }
+
+    #[test]
+    fn what_was_asked_for_is_due_after_the_grace_however_often_it_is_asked_for() {
+        let stop = Stop { asked: OnceLock::from(Instant::now() - GRACE), ..Stop::new() };
+        stop.ask();
+        assert!(stop.is_due() && !stop.is_urgent() && !stop.gives_up_tasks());
+    }
+
+    #[test]
+    fn a_task_that_goes_on_and_on_is_given_up() {
+        let stop = Stop { asked: OnceLock::from(Instant::now() - 2 * GRACE), ..Stop::new() };
+        assert!(stop.gives_up_tasks() && !stop.is_urgent());
+    }
+}
