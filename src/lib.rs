@@ -47,6 +47,7 @@ pub mod inspect;
 pub mod integrator;
 pub mod light;
 pub mod math;
+pub mod memory;
 pub mod paper;
 pub mod render;
 pub mod scene;

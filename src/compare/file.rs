@@ -2,11 +2,11 @@
 
 use super::gallery::{Gallery, reading};
 use super::plan::{Budget, Draft, Origin, Override, SceneEntry};
+use crate::Result;
 use crate::scene::description::GuidingMethod;
 use crate::scene::file::reader::{Bounds, Reader};
 use crate::scene::file::tree::{self, At, Entries, Entry, Fault, Node, Value};
-use crate::scene::file::{Source, line_and_column};
-use crate::{Error, Result};
+use crate::scene::file::{Source, line_and_column, read_text};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -16,11 +16,10 @@ pub(super) const SHARE: Bounds = Bounds::new(|x| x > 0.0 && x <= 1.0, "greater t
 /// Reads a comparison's file. Paths in it are relative to its folder.
 ///
 /// # Errors
-/// [`Error::Io`], and [`Error::Parse`] with line and column of what is wrong; the settings of methods are looked at
+/// [`crate::Error::Io`], and [`crate::Error::Parse`] with line and column of what is wrong; the settings of methods are looked at
 /// later, with the scene.
 pub fn read(path: &Path) -> Result<Draft> {
-    let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
-    parse(&text, path)
+    parse(&read_text(path)?, path)
 }
 
 /// As [`read`], of text that is called `path`.

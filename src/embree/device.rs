@@ -9,8 +9,14 @@ use std::sync::atomic::{AtomicI64, Ordering};
 /// An Embree device. It is created once, and shared by what is made from it.
 pub struct Device {
     handle: sys::RTCDevice,
-    /// Bytes that Embree holds; boxed, as Embree keeps its address.
-    memory: Box<AtomicI64>,
+    /// Boxed, as Embree keeps its address.
+    memory: Box<Memory>,
+}
+
+/// What Embree may take, in bytes.
+struct Memory {
+    held: AtomicI64,
+    limit: i64,
 }
 
 // SAFETY: Embree's device functions may be called from any thread (manual, "Thread safety"); the handle is
@@ -25,6 +31,12 @@ impl Device {
     /// # Errors
     /// Where Embree refuses, or where the library is of another minor version than the headers it was built with.
     pub fn new(threads: usize) -> Result<Arc<Device>> {
+        let free = crate::memory::free().and_then(|bytes| i64::try_from(bytes).ok());
+        Device::within(threads, free.unwrap_or(i64::MAX))
+    }
+
+    /// A device that takes `limit` bytes at most: what is beyond that is an error of whoever asks for it.
+    pub(super) fn within(threads: usize, limit: i64) -> Result<Arc<Device>> {
         let config = CString::new(format!("threads={threads}")).expect("digits hold no NUL");
         // SAFETY: the string is NUL-terminated and only read during the call.
         let handle = unsafe { sys::rtcNewDevice(config.as_ptr()) };
@@ -33,9 +45,9 @@ impl Device {
             let code = unsafe { sys::rtcGetDeviceError(handle) };
             return Err(Error::Embree(format!("no device could be made: {}", describe(code))));
         }
-        let device = Device { handle, memory: Box::new(AtomicI64::new(0)) };
+        let device = Device { handle, memory: Box::new(Memory { held: AtomicI64::new(0), limit }) };
         device.check_version()?;
-        let counter: *const AtomicI64 = &*device.memory;
+        let counter: *const Memory = &*device.memory;
         // SAFETY: the counter is boxed and dropped after the device has been released (see `drop`).
         unsafe { sys::rtcSetDeviceMemoryMonitorFunction(handle, Some(count_memory), counter.cast_mut().cast()) };
         Ok(Arc::new(device))
@@ -55,7 +67,7 @@ impl Device {
 
     /// Bytes that Embree holds for this device now.
     pub fn memory(&self) -> u64 {
-        self.memory.load(Ordering::Relaxed).max(0) as u64
+        self.memory.held.load(Ordering::Relaxed).max(0) as u64
     }
 
     pub(super) fn handle(&self) -> sys::RTCDevice {
@@ -99,13 +111,15 @@ impl Drop for Device {
     }
 }
 
+/// Refuses what would go beyond the limit; Embree then ends its call with an error.
+///
 /// # Safety
-/// Called by Embree with the pointer that `Device::new` registered.
+/// Called by Embree with the pointer that `Device::within` registered.
 unsafe extern "C" fn count_memory(counter: *mut c_void, bytes: isize, _post: bool) -> bool {
     // SAFETY: the counter outlives the registration (`Device::drop`).
-    let counter = unsafe { &*counter.cast::<AtomicI64>() };
-    counter.fetch_add(bytes as i64, Ordering::Relaxed);
-    true
+    let memory = unsafe { &*counter.cast::<Memory>() };
+    let before = memory.held.fetch_add(bytes as i64, Ordering::Relaxed);
+    bytes <= 0 || before.saturating_add(bytes as i64) <= memory.limit
 }
 
 fn describe(code: sys::RTCError) -> String {

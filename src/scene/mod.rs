@@ -4,6 +4,7 @@ mod build;
 mod camera;
 pub mod description;
 pub mod file;
+mod hash;
 mod instances;
 pub mod interchange;
 mod load;
@@ -131,7 +132,8 @@ impl Scene {
         own.chain(placed)
     }
 
-    /// Tells scenes apart: a hash over geometry, materials, lights and camera, in hexadecimal.
+    /// Tells scenes apart: a hash over geometry, materials, pictures, lights, camera and film, in hexadecimal. The same
+    /// on every machine and in every release.
     pub fn hash_text(&self) -> String {
         format!("{:016x}", self.hash)
     }

@@ -24,7 +24,7 @@ mod tests;
 
 use super::description::{DirectionTable, GuidingMethod, MeshDescription, Order, Roulette, SceneDescription, Updates};
 use super::interchange;
-use crate::{Error, Result};
+use crate::{Error, Result, memory};
 use glam::Affine3A;
 use reader::Reader;
 use settings::section;
@@ -157,8 +157,8 @@ fn check_order(scene: &SceneDescription, path: &Path) -> Result<()> {
 }
 
 /// A file's text, without the mark that some editors put before UTF-8.
-fn read_text(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+pub(crate) fn read_text(path: &Path) -> Result<String> {
+    let bytes = memory::read_file(path, memory::LONGEST_TEXT)?;
     let text = String::from_utf8(bytes).map_err(|e| {
         let (line, column) = line_and_column(e.as_bytes(), e.utf8_error().valid_up_to());
         Error::parse(path, line, column, "this byte is not UTF-8")

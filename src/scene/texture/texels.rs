@@ -2,6 +2,7 @@
 
 use crate::film::srgb;
 use crate::math::Rgb;
+use crate::scene::hash;
 
 /// Rows of texels from the top, channels interleaved: grey, grey and alpha, RGB, or RGB and alpha.
 #[derive(Clone, Debug)]
@@ -82,6 +83,26 @@ impl Texels {
             Samples::U16(data) => 2 * data.len(),
             Samples::F32(data) => 4 * data.len(),
         }
+    }
+
+    pub fn content_hash(&self) -> u64 {
+        hash::texels([self.width, self.height], |canon| {
+            canon.u64(self.channels as u64);
+            match &self.data {
+                Samples::U8(data) => {
+                    canon.u64(1);
+                    canon.array(data);
+                }
+                Samples::U16(data) => {
+                    canon.u64(2);
+                    canon.array(data);
+                }
+                Samples::F32(data) => {
+                    canon.u64(3);
+                    canon.array(data);
+                }
+            }
+        })
     }
 
     fn first(&self, x: usize, y: usize) -> usize {
