@@ -89,7 +89,7 @@ pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
     if description.guiding.method == GuidingMethod::None {
         bail!("there is no guide to look at: guiding.method is none");
     }
-    let (scene, more_warnings) = Scene::load(&description.scene, threads, description.render.robust)?;
+    let (scene, more_warnings) = description.load_scene(threads)?;
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
     }

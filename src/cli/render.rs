@@ -70,7 +70,7 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         Outputs::new(&arguments.output, arguments.json.as_ref(), arguments.guide_out.as_ref(), &arguments.scene)?;
     check_guide_options(arguments, &description, &outputs)?;
     let load = Instant::now();
-    let (scene, more_warnings) = Scene::load(&description.scene, threads, description.render.robust)?;
+    let (scene, more_warnings) = description.load_scene(threads)?;
     let load_seconds = load.elapsed().as_secs_f64();
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());

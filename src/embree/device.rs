@@ -11,9 +11,15 @@ use std::sync::atomic::{AtomicI64, Ordering};
 pub struct Device {
     handle: sys::RTCDevice,
     /// The largest instruction set that it was allowed.
-    limit: Option<Isa>,
-    /// Bytes that Embree holds; boxed, as Embree keeps its address.
-    memory: Box<AtomicI64>,
+    isa_limit: Option<Isa>,
+    /// Boxed, as Embree keeps its address.
+    memory: Box<Memory>,
+}
+
+/// What Embree may take, in bytes.
+struct Memory {
+    held: AtomicI64,
+    limit: i64,
 }
 
 // SAFETY: Embree's device functions may be called from any thread (manual, "Thread safety"); the handle is
@@ -36,8 +42,14 @@ impl Device {
     /// # Errors
     /// Where Embree refuses, or where the library is of another minor version than the headers it was built with.
     pub fn held_to(isa: Option<Isa>, threads: usize) -> Result<Arc<Device>> {
-        let limit = isa.map_or(String::new(), |isa| format!(",max_isa={}", isa.name()));
-        let config = CString::new(format!("threads={threads}{limit}")).expect("names and digits hold no NUL");
+        let free = crate::io::memory::free().and_then(|bytes| i64::try_from(bytes).ok());
+        Device::within(free.unwrap_or(i64::MAX), isa, threads)
+    }
+
+    /// The same with `limit` bytes at most: what is beyond that is an error of whoever asks for it.
+    pub(super) fn within(limit: i64, isa: Option<Isa>, threads: usize) -> Result<Arc<Device>> {
+        let held_to = isa.map_or(String::new(), |isa| format!(",max_isa={}", isa.name()));
+        let config = CString::new(format!("threads={threads}{held_to}")).expect("names and digits hold no NUL");
         // SAFETY: the string is NUL-terminated and only read during the call.
         let handle = unsafe { sys::rtcNewDevice(config.as_ptr()) };
         if handle.is_null() {
@@ -45,9 +57,10 @@ impl Device {
             let code = unsafe { sys::rtcGetDeviceError(handle) };
             return Err(Error::Embree(format!("no device could be made: {}", describe(code))));
         }
-        let device = Device { handle, limit: isa, memory: Box::new(AtomicI64::new(0)) };
+        let memory = Box::new(Memory { held: AtomicI64::new(0), limit });
+        let device = Device { handle, isa_limit: isa, memory };
         device.check_version()?;
-        let counter: *const AtomicI64 = &*device.memory;
+        let counter: *const Memory = &*device.memory;
         // SAFETY: the counter is boxed and dropped after the device has been released (see `drop`).
         unsafe { sys::rtcSetDeviceMemoryMonitorFunction(handle, Some(count_memory), counter.cast_mut().cast()) };
         Ok(Arc::new(device))
@@ -69,7 +82,7 @@ impl Device {
             (false, true) => Isa::Avx2,
             (false, false) => Isa::Sse42,
         };
-        Isa::available().take_while(|isa| *isa <= width && self.limit.is_none_or(|limit| *isa <= limit)).last()
+        Isa::available().take_while(|isa| *isa <= width && self.isa_limit.is_none_or(|limit| *isa <= limit)).last()
     }
 
     /// Whether there are kernels for packets of 16: else Embree takes their rays apart.
@@ -85,7 +98,7 @@ impl Device {
 
     /// Bytes that Embree holds for this device now.
     pub fn memory(&self) -> u64 {
-        self.memory.load(Ordering::Relaxed).max(0) as u64
+        self.memory.held.load(Ordering::Relaxed).max(0) as u64
     }
 
     pub(super) fn handle(&self) -> sys::RTCDevice {
@@ -129,13 +142,15 @@ impl Drop for Device {
     }
 }
 
+/// Refuses what would go beyond the limit; Embree then ends its call with an error.
+///
 /// # Safety
-/// Called by Embree with the pointer that `Device::new` registered.
+/// Called by Embree with the pointer that `Device::within` registered.
 unsafe extern "C" fn count_memory(counter: *mut c_void, bytes: isize, _post: bool) -> bool {
     // SAFETY: the counter outlives the registration (`Device::drop`).
-    let counter = unsafe { &*counter.cast::<AtomicI64>() };
-    counter.fetch_add(bytes as i64, Ordering::Relaxed);
-    true
+    let memory = unsafe { &*counter.cast::<Memory>() };
+    let before = memory.held.fetch_add(bytes as i64, Ordering::Relaxed);
+    bytes <= 0 || before.saturating_add(bytes as i64) <= memory.limit
 }
 
 fn describe(code: sys::RTCError) -> String {

@@ -279,3 +279,17 @@ fn packed_rays_are_those_that_are_pushed_one_by_one() {
         "nothing lies on rays that were not traced, and what is beyond the last is none"
     );
 }
+
+#[test]
+fn what_goes_beyond_the_memory_is_an_error_and_not_an_abort() {
+    let build = |limit: i64| -> crate::Result<Scene> {
+        let mut builder = SceneBuilder::new(&Device::within(limit, None, 2)?, false)?;
+        builder.add_mesh(bumpy_ball(256), buffers, None)?;
+        builder.commit()
+    };
+    for limit in [10_000, 1 << 20, 4 << 20] {
+        let error = build(limit).err().expect("131 072 triangles take more").to_string();
+        assert!(error.contains("out of memory"), "{limit}: {error}");
+    }
+    assert!(build(1 << 30).is_ok());
+}

@@ -9,13 +9,17 @@ mod sections;
 mod tests;
 mod toml;
 
+use crate::embree::Device;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
 use crate::integrator::{IntegratorSettings, Roulette};
+use crate::io::memory;
 use crate::render::{Order, RenderSettings};
+use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
 use crate::{Error, Result};
 use document::{Node, Reader, Source, overrides_tree};
 use std::path::Path;
+use std::sync::Arc;
 
 /// What a file says of a scene and of how it is to be rendered.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +28,38 @@ pub struct SceneFile {
     pub integrator: IntegratorSettings,
     pub guiding: GuidingSettings,
     pub render: RenderSettings,
+}
+
+impl SceneFile {
+    /// Loads the scene, with all that its files name; `threads` threads build its acceleration structure (0: all). Also
+    /// returns warnings for the user.
+    ///
+    /// # Errors
+    /// As [`Scene::load`]; a guide for which there is not the memory.
+    pub fn load_scene(&self, threads: usize) -> Result<(Scene, Vec<String>)> {
+        self.load_scene_on(Device::new(threads)?)
+    }
+
+    /// The same on an Embree device of the caller's.
+    ///
+    /// # Errors
+    /// As [`Self::load_scene`].
+    pub fn load_scene_on(&self, device: Arc<Device>) -> Result<(Scene, Vec<String>)> {
+        self.check_memory()?;
+        let loaded = Scene::load_on(device, &self.scene, self.render.robust)?;
+        // what the scene took is no longer there
+        self.check_memory()?;
+        Ok(loaded)
+    }
+
+    /// That there is memory for what the guide may take, before it is asked for.
+    fn check_memory(&self) -> Result<()> {
+        if self.guiding.method == GuidingMethod::None {
+            return Ok(());
+        }
+        memory::check(self.guiding.memory)
+            .map_err(|shortage| Error::Scene(format!("guiding.memory: tables of the guide may {shortage}")))
+    }
 }
 
 /// Reads a file of one format; also returns warnings.

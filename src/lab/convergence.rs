@@ -76,7 +76,7 @@ impl Furnace {
         let sides = [format!("film.width={side}"), format!("film.height={side}")];
         let overrides = [sides.to_vec(), vec![material, "integrator.next_event=false".into()]].concat();
         let (description, _) = format::load(file, &overrides)?;
-        let (scene, _) = Scene::load(&description.scene, 0, description.render.robust)?;
+        let (scene, _) = description.load_scene(0)?;
         let integrator = IntegratorSettings { roulette: Roulette::Throughput, ..description.integrator };
         let render = description.render;
         let guiding = GuidingSettings { method: GuidingMethod::Grid, resolution: 4, ..GuidingSettings::default() };

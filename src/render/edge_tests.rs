@@ -47,7 +47,7 @@ impl Room {
         let rest = "[[mesh]]\npath = 'room.obj'\n[guiding]\nmethod = 'adaptive'\n[render]\nspp = 127\n";
         put("room.toml", &format!("{camera}{film}{rest}"));
         let (description, _) = format::load(&folder.path().join("room.toml"), &[]).unwrap();
-        let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
+        let (scene, _) = description.load_scene(1).unwrap();
         let (integrator, guiding, render) = (description.integrator, description.guiding, description.render);
         (scene, Settings { integrator, guiding, render })
     }

@@ -13,7 +13,7 @@ fn own(name: &str, set: &[&str]) -> (Scene, Settings) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let (description, _) = format::load(&path, &set).unwrap();
-    let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
+    let (scene, _) = description.load_scene(1).unwrap();
     let (integrator, guiding, render) = (description.integrator, description.guiding, description.render);
     (scene, Settings { integrator, guiding, render })
 }

@@ -88,16 +88,6 @@ impl Instances {
             (place.first_surface..).zip(meshes).map(|(number, mesh)| (number, mesh, &place.placement))
         })
     }
-
-    /// The groups' meshes, each once.
-    pub fn meshes(&self) -> impl Iterator<Item = &Arc<Mesh>> {
-        self.groups.iter().flatten()
-    }
-
-    /// Group and placement of each instance.
-    pub fn places(&self) -> impl Iterator<Item = (usize, &Placement)> {
-        self.places.iter().map(|place| (place.group, &place.placement))
-    }
 }
 
 #[cfg(test)]

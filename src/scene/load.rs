@@ -3,21 +3,23 @@
 use super::build::Build;
 use super::instances::Instances;
 use super::material::Material;
-use super::obj;
 use super::{Camera, Scene};
+use super::{hash, obj};
 use crate::bsdf::{BsdfDescription, CoatTables};
 use crate::embree::Device;
+use crate::film::FilmSettings;
+use crate::film::accumulate::BYTES_PER_PIXEL;
 use crate::geometry::{Indices, Mesh, Placement};
 use crate::image::exr::read_rgb;
+use crate::io::{canon, memory};
 use crate::light::{EmissiveTriangle, Environment, Light, LightDescription, LightUnit, Lights};
 use crate::math::Rgb;
 use crate::scene::description::{MaterialDescription, MeshDescription, SceneDescription};
-use crate::texture::{ColorTexture, ScalarTexture, TextureCache};
+use crate::texture::{ColorTexture, ScalarTexture, Texture, TextureCache};
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};
 use rayon::prelude::*;
-use rustc_hash::{FxHashMap, FxHasher};
-use std::hash::Hasher;
+use rustc_hash::FxHashMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -27,6 +29,8 @@ use std::time::Instant;
 pub(crate) struct Gathered {
     /// In the description's order and in place.
     pub meshes: Vec<Mesh>,
+    /// Of each mesh, as its file has it.
+    hashes: Vec<u64>,
     /// What the meshes' material numbers mean.
     pub materials: Vec<MaterialDescription>,
     /// Of the materials.
@@ -50,9 +54,11 @@ impl Scene {
     /// The same on an Embree device of the caller's.
     ///
     /// # Errors
-    /// Missing and malformed files, with file and line; a scene without triangles.
+    /// Missing and malformed files, with file and line; a scene without triangles; a film or a scene for which there is not
+    /// the memory.
     pub fn load_on(device: Arc<Device>, description: &SceneDescription, robust: bool) -> Result<(Scene, Vec<String>)> {
-        let Gathered { meshes, materials, mut warnings, .. } = Gathered::of(description)?;
+        check_memory(&description.film)?;
+        let Gathered { meshes, hashes, materials, mut warnings, .. } = Gathered::of(description)?;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
@@ -61,6 +67,8 @@ impl Scene {
         let resolved =
             materials.iter().map(|m| Material::new(m, &mut cache, &mut coats)).collect::<Result<Vec<_>>>()?;
         let resolved = Arc::new(resolved);
+        let far = FarLights::of(description, &mut warnings)?;
+        let content_hash = content_hash(description, &hashes, &materials, &mut cache, &far)?;
         let textures = Arc::new(cache.into_textures());
         let start = Instant::now();
         let build = Build { device, robust, materials: &resolved, textures: &textures };
@@ -68,15 +76,16 @@ impl Scene {
         let build_seconds = start.elapsed().as_secs_f64();
 
         let bounds = geometry.bounds().ok_or_else(|| Error::Scene("the scene has no extent".into()))?;
-        let (lights, light_unit) = lights(description, &meshes, &instances, &resolved, bounds, &mut warnings)?;
+        let (lights, light_unit) = lights(far.lights, &meshes, &instances, &resolved, bounds, &mut warnings)?;
         let reckoned = resolved.iter().map(|m| m.with_emission(|emission| light_unit.divide(emission)));
         let camera = description.camera.clone().unwrap_or_else(|| Camera::for_bounds(bounds.0, bounds.1));
         let film = &description.film;
-        let content_hash = content_hash(description, &meshes, &instances, &materials);
+        // what the scene took is no longer there
+        check_memory(film)?;
         let scene = Scene {
             camera: Camera::new(&camera, film.width, film.height, film.filter)?,
             geometry,
-            hash: hash(description, content_hash),
+            hash: hash::view(description.camera.as_ref(), film, content_hash),
             content_hash,
             meshes,
             instances,
@@ -89,6 +98,13 @@ impl Scene {
         };
         Ok((scene, warnings))
     }
+}
+
+/// That there is memory for the picture, before it is asked for.
+fn check_memory(film: &FilmSettings) -> Result<()> {
+    let (width, height) = (film.width, film.height);
+    memory::check(u64::from(width) * u64::from(height) * BYTES_PER_PIXEL)
+        .map_err(|shortage| Error::Scene(format!("film.width × film.height: {width} × {height} pixels {shortage}")))
 }
 
 impl Gathered {
@@ -112,6 +128,7 @@ impl Gathered {
             .collect();
         let mut mesh = loaded.mesh;
         mesh.materials.iter_mut().for_each(|m| *m = numbers[*m as usize]);
+        self.hashes.push(hash::mesh(&mesh, place.transform));
         transform(&mut mesh, &Placement::new(place.transform));
         // Embree reads a vertex with 16 bytes, four more than the last one has.
         mesh.positions.reserve_exact(1);
@@ -193,7 +210,7 @@ fn transform(mesh: &mut Mesh, placement: &Placement) {
 
 /// All lights, and the unit of their emission.
 fn lights(
-    description: &SceneDescription,
+    mut others: Vec<Light>,
     meshes: &[Arc<Mesh>],
     instances: &Instances,
     materials: &[Material],
@@ -204,7 +221,6 @@ fn lights(
     let placed = instances.surfaces();
     let placed = placed.flat_map(|(k, mesh, place)| emitters(k, mesh, materials, |t| place.facet(mesh, t)));
     let mut emissive: Vec<EmissiveTriangle> = own.chain(placed).collect();
-    let mut others = description.lights.iter().map(|light| far_light(light, warnings)).collect::<Result<Vec<_>>>()?;
     if emissive.is_empty() && others.is_empty() {
         warnings.push("nothing emits light in this scene: a constant sky of radiance 1 is added".into());
         others.push(Light::Constant { radiance: Rgb::ONE });
@@ -237,62 +253,63 @@ fn emitters<'a>(
     })
 }
 
-fn far_light(light: &LightDescription, warnings: &mut Vec<String>) -> Result<Light> {
-    Ok(match light {
-        LightDescription::Constant { radiance } => Light::Constant { radiance: *radiance },
-        LightDescription::Point { position, intensity } => Light::Point { position: *position, intensity: *intensity },
-        LightDescription::Directional { direction, irradiance } => {
-            Light::Directional { direction: *direction, irradiance: *irradiance }
+/// Lights that are not surfaces.
+#[derive(Default)]
+struct FarLights {
+    lights: Vec<Light>,
+    /// Hashes of the pictures of the surroundings.
+    pictures: Vec<u64>,
+}
+
+impl FarLights {
+    fn of(description: &SceneDescription, warnings: &mut Vec<String>) -> Result<FarLights> {
+        let mut far = FarLights::default();
+        for light in &description.lights {
+            let light = far.load(light, warnings)?;
+            far.lights.push(light);
         }
-        LightDescription::Environment { path, scale, to_world } => {
-            let image = read_rgb(path)?;
-            let (width, height) = (image.width as u32, image.height as u32);
-            let environment = Environment::new(width, height, image.data, *scale, *to_world)
-                .map_err(|error| Error::file(path, error.to_string()))?;
-            if environment.negative_pixels() > 0 {
-                let n = environment.negative_pixels();
-                warnings.push(format!("{}: {n} pixels have negative radiance, which counts as 0", path.display()));
+        Ok(far)
+    }
+
+    fn load(&mut self, light: &LightDescription, warnings: &mut Vec<String>) -> Result<Light> {
+        Ok(match light {
+            LightDescription::Constant { radiance } => Light::Constant { radiance: *radiance },
+            LightDescription::Point { position, intensity } => {
+                Light::Point { position: *position, intensity: *intensity }
             }
-            Light::Environment(Box::new(environment))
-        }
-    })
+            LightDescription::Directional { direction, irradiance } => {
+                Light::Directional { direction: *direction, irradiance: *irradiance }
+            }
+            LightDescription::Environment { path, scale, to_world } => {
+                let image = read_rgb(path)?;
+                self.pictures.push(canon::texels([image.width, image.height], |canon| canon.array(&image.data)));
+                let (width, height) = (image.width as u32, image.height as u32);
+                let environment = Environment::new(width, height, image.data, *scale, *to_world)
+                    .map_err(|error| Error::file(path, error.to_string()))?;
+                if environment.negative_pixels() > 0 {
+                    let n = environment.negative_pixels();
+                    warnings.push(format!("{}: {n} pixels have negative radiance, which counts as 0", path.display()));
+                }
+                Light::Environment(Box::new(environment))
+            }
+        })
+    }
 }
 
-/// Over everything that decides what the picture shows; settings that only decide how fast it is found are left out.
-fn hash(description: &SceneDescription, content: u64) -> u64 {
-    let mut hasher = FxHasher::default();
-    let film = &description.film;
-    let text = format!("{:?} {}x{} {:?}", description.camera, film.width, film.height, film.filter);
-    hasher.write(text.as_bytes());
-    hasher.write_u64(content);
-    hasher.finish()
-}
-
-/// Over what light does in the scene, whoever looks at it.
+/// Over what light does in the scene. `hashes` are those of the meshes; `cache` holds all pictures of `materials`.
 fn content_hash(
     description: &SceneDescription,
-    meshes: &[Arc<Mesh>],
-    instances: &Instances,
+    hashes: &[u64],
     materials: &[MaterialDescription],
-) -> u64 {
-    let mut hasher = FxHasher::default();
-    // Names of files are left out: a scene keeps its hash when its folder is moved.
-    materials.iter().for_each(|m| hasher.write(file_names(format!("{m:?}")).as_bytes()));
-    description.lights.iter().for_each(|l| hasher.write(file_names(format!("{l:?}")).as_bytes()));
-    for mesh in meshes.iter().chain(instances.meshes()) {
-        mesh.positions.iter().flatten().for_each(|x| hasher.write_u32(x.to_bits()));
-        mesh.triangles.iter().flatten().for_each(|i| hasher.write_u32(*i));
-        mesh.materials.iter().for_each(|m| hasher.write_u32(*m));
-    }
-    for (group, placement) in instances.places() {
-        hasher.write_usize(group);
-        placement.to_world().to_cols_array().iter().for_each(|x| hasher.write_u32(x.to_bits()));
-    }
-    hasher.finish()
-}
-
-/// Quoted paths cut down to the file's own name.
-fn file_names(text: String) -> String {
-    let cut = |quoted: &str| quoted.rsplit('/').next().unwrap_or_default().to_string();
-    text.split('"').enumerate().map(|(k, part)| if k % 2 == 1 { cut(part) } else { part.to_string() }).collect()
+    cache: &mut TextureCache,
+    far: &FarLights,
+) -> Result<u64> {
+    let pictures: Vec<u64> = cache.textures().iter().map(Texture::content_hash).collect();
+    let content = hash::Content {
+        meshes: hashes,
+        materials,
+        picture: &mut |path| Ok(pictures[cache.get(path)?]),
+        environments: &far.pictures,
+    };
+    hash::content(description, content)
 }

@@ -3,6 +3,7 @@
 mod build;
 mod camera;
 pub mod description;
+mod hash;
 mod instances;
 mod load;
 pub mod material;
@@ -137,7 +138,8 @@ impl Scene {
         own.chain(placed)
     }
 
-    /// Tells scenes apart: a hash over geometry, materials, lights and camera, in hexadecimal.
+    /// Tells scenes apart: a hash over geometry, materials, pictures, lights, camera and film, in hexadecimal. The same
+    /// on every machine and in every release.
     pub fn hash_text(&self) -> String {
         format!("{:016x}", self.hash)
     }

@@ -3,6 +3,7 @@
 use super::texels::{Samples, Texels};
 use crate::image::exr::{ExrFile, read_limited};
 use crate::io::contain::{check_size, contain};
+use crate::io::memory::{self, Shortage};
 use crate::{Error, Result};
 use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
 use std::fs::File;
@@ -16,14 +17,17 @@ const MAX_BYTES: u64 = 1 << 30;
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
 pub(super) fn load(path: &Path) -> Result<Texels> {
-    let mut file = BufReader::new(File::open(path).map_err(Error::io(path))?);
+    let file = File::open(path).map_err(Error::io(path))?;
+    let length = file.metadata().map_err(Error::io(path))?.len();
+    let mut file = BufReader::new(file);
     if file.fill_buf().map_err(Error::io(path))?.starts_with(&EXR_MAGIC) {
         return from_exr(path, read_limited(path, MAX_BYTES)?);
     }
-    contain(path, || decode(path, file))
+    contain(path, || decode(path, file, length))
 }
 
-fn decode(path: &Path, file: impl BufRead + Seek) -> Result<Texels> {
+/// `length`: bytes of the file.
+fn decode(path: &Path, file: impl BufRead + Seek, length: u64) -> Result<Texels> {
     let fault = |error: ImageError| match error {
         ImageError::IoError(source) => Error::io(path)(source),
         ImageError::Unsupported(error) => {
@@ -39,7 +43,26 @@ fn decode(path: &Path, file: impl BufRead + Seek) -> Result<Texels> {
     let decoder = reader.into_decoder().map_err(fault)?;
     let (width, height) = decoder.dimensions();
     check_size(path, (width.into(), height.into()), decoder.total_bytes(), MAX_BYTES)?;
+    check_contents(path, u64::from(width) * u64::from(height), length)?;
+    // rows on their way through the decoder included
+    memory::check(2 * decoder.total_bytes()).map_err(|shortage| too_large(path, shortage))?;
     from_picture(path, DynamicImage::from_decoder(decoder).map_err(fault)?)
+}
+
+/// Refuses sizes that a damaged header makes up.
+fn check_contents(path: &Path, pixels: u64, length: u64) -> Result<()> {
+    // PNG: a byte is 1032 of DEFLATE at most (RFC 1951), and these eight pixels each. JPEG: a bit is a block of 8 × 8
+    // pixels at most.
+    const PIXELS_PER_BYTE: u64 = 1032 * 8;
+    if pixels / PIXELS_PER_BYTE <= length {
+        return Ok(());
+    }
+    let (least, length) = (memory::text(pixels / PIXELS_PER_BYTE), memory::text(length));
+    Err(Error::file(path, format!("damaged: its pixels need at least {least}, and the file has {length}")))
+}
+
+fn too_large(path: &Path, shortage: Shortage) -> Error {
+    Error::file(path, format!("the decoded picture would {shortage}"))
 }
 
 fn from_picture(path: &Path, picture: DynamicImage) -> Result<Texels> {
@@ -70,6 +93,7 @@ fn from_exr(path: &Path, file: ExrFile) -> Result<Texels> {
     names.extend(Some("A").filter(has));
     let planes: Vec<&[f32]> = names.iter().map(|&name| file.channels[name].as_slice()).collect();
     let pixels = file.width * file.height;
+    memory::check(4 * (pixels * names.len()) as u64).map_err(|shortage| too_large(path, shortage))?;
     let data: Vec<f32> = (0..pixels).flat_map(|pixel| planes.iter().map(move |plane| plane[pixel])).collect();
     if let Some(at) = data.iter().position(|value| !value.is_finite()) {
         let pixel = at / names.len();

@@ -73,6 +73,11 @@ impl Texture {
         self.texels.bytes()
     }
 
+    /// The same for pictures with the same texels, stored in the same way.
+    pub fn content_hash(&self) -> u64 {
+        self.texels.content_hash()
+    }
+
     /// Columns and rows.
     pub fn size(&self) -> [usize; 2] {
         [self.texels.width, self.texels.height]

@@ -1,6 +1,7 @@
 //! Texels as a file stored them, decoded one at a time.
 
 use crate::image::srgb;
+use crate::io::canon::texels;
 use crate::math::Rgb;
 
 /// Rows of texels from the top, channels interleaved: grey, grey and alpha, RGB, or RGB and alpha.
@@ -82,6 +83,27 @@ impl Texels {
             Samples::U16(data) => 2 * data.len(),
             Samples::F32(data) => 4 * data.len(),
         }
+    }
+
+    /// Over how texels are stored and what they are.
+    pub fn content_hash(&self) -> u64 {
+        texels([self.width, self.height], |canon| {
+            canon.u64(self.channels as u64);
+            match &self.data {
+                Samples::U8(data) => {
+                    canon.u64(1);
+                    canon.array(data);
+                }
+                Samples::U16(data) => {
+                    canon.u64(2);
+                    canon.array(data);
+                }
+                Samples::F32(data) => {
+                    canon.u64(3);
+                    canon.array(data);
+                }
+            }
+        })
     }
 
     fn first(&self, x: usize, y: usize) -> usize {

@@ -181,7 +181,7 @@ fn forged_files_do_no_harm() {
 
 /// The format is not to change unnoticed: whoever changes what is stored raises the version, and this number.
 #[test]
-fn the_format_is_that_of_version_2() {
+fn the_format_is_that_of_version_3() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.guide");
     let settings = GuidingSettings { resolution: 1, ..GuidingSettings::default() };
@@ -194,7 +194,7 @@ fn the_format_is_that_of_version_2() {
     guide.learn(&[&recorder]);
     guide_file::write(&path, &guide, &subject(&settings), 300).unwrap();
     let bytes = std::fs::read(&path).unwrap();
-    assert_eq!(bytes[..12], *b"PTXGUIDE\x02\0\0\0");
+    assert_eq!(bytes[..12], *b"PTXGUIDE\x03\0\0\0");
     assert_eq!((bytes.len(), crc32fast::hash(&bytes[..bytes.len() - 4])), (469, 250_863_575));
 }
 
@@ -203,7 +203,7 @@ fn scene(overrides: &[&str]) -> (Scene, Settings, Subject) {
     let tiny = ["film.width=64", "film.height=36", "guiding.method=adaptive", "guiding.resolution=8"];
     let overrides: Vec<String> = tiny.iter().chain(overrides).map(ToString::to_string).collect();
     let (description, _) = format::load(&path, &overrides).unwrap();
-    let (scene, _) = Scene::load(&description.scene, 0, description.render.robust).unwrap();
+    let (scene, _) = description.load_scene(0).unwrap();
     let settings =
         Settings { integrator: description.integrator, guiding: description.guiding, render: description.render };
     let subject = Subject::new(scene.content_hash_text(), &settings.guiding, &settings.integrator);

@@ -213,7 +213,7 @@ impl Studio<'_> {
         if !self.arguments.quiet {
             say(&format!("rendering {what}"));
         }
-        let (scene, _) = Scene::load(&description.scene, self.threads, description.render.robust)?;
+        let (scene, _) = description.load_scene(self.threads)?;
         let rendering = watched(&scene, description, keeping, self.arguments.quiet, self.signals.stop());
         Ok((scene, rendering))
     }

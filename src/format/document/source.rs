@@ -1,12 +1,13 @@
 //! The text that a document is read from, and where faults in it are.
 
 use super::{At, Fault};
+use crate::io::memory;
 use crate::{Error, Result};
 use std::path::Path;
 
 /// A file's text, without the mark that some editors put before UTF-8.
 pub(crate) fn read_text(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = memory::read_file(path, memory::LONGEST_TEXT)?;
     let text = String::from_utf8(bytes).map_err(|e| {
         let (line, column) = line_and_column(e.as_bytes(), e.utf8_error().valid_up_to());
         Error::parse(path, line, column, "this byte is not UTF-8")

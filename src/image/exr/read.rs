@@ -3,8 +3,10 @@
 use super::Attribute;
 use crate::image::Image;
 use crate::io::contain::{check_size, contain};
+use crate::io::memory::{self, text};
 use crate::math::Rgb;
 use crate::{Error, Result};
+use ::exr::compression::Compression;
 use ::exr::image::{AnyChannels, FlatImage, FlatSamples, Layer};
 use ::exr::meta::attribute::{IntegerBounds, Text};
 use ::exr::meta::header::Header;
@@ -48,8 +50,9 @@ impl ExrFile {
 /// The channels of further parts get the part's name as prefix, unless they have it already.
 ///
 /// # Errors
-/// All name the file: not an OpenEXR file, damaged or incomplete, deep or subsampled data, a side above 2¹⁶ pixels or
-/// more than 4 GiB when decoded, two channels of one name.
+/// All name the file: not an OpenEXR file, damaged or incomplete, deep or subsampled data, a side above 2¹⁶ pixels,
+/// more than 4 GiB when decoded, more than a file of its length can hold or than there is memory for, two channels of
+/// one name.
 pub fn read_layers(path: &Path) -> Result<ExrFile> {
     read_limited(path, MAX_BYTES)
 }
@@ -65,16 +68,19 @@ pub fn read_rgb(path: &Path) -> Result<Image> {
 /// [`read_layers`] with at most `max_bytes` of decoded floats.
 pub(crate) fn read_limited(path: &Path, max_bytes: u64) -> Result<ExrFile> {
     let file = File::open(path).map_err(Error::io(path))?;
-    contain(path, || decode(path, BufReader::new(file), max_bytes))
+    let length = file.metadata().map_err(Error::io(path))?.len();
+    contain(path, || decode(path, BufReader::new(file), length, max_bytes))
 }
 
-fn decode(path: &Path, source: impl Read + Seek, max_bytes: u64) -> Result<ExrFile> {
+/// `length`: bytes of the file.
+fn decode(path: &Path, source: impl Read + Seek, length: u64, max_bytes: u64) -> Result<ExrFile> {
     let fault = |error: ::exr::error::Error| match error {
         ::exr::error::Error::Io(source) => Error::io(path)(source),
         error => Error::file(path, format!("not a readable OpenEXR file: {error}")),
     };
     let reader = ::exr::block::read(source, false).map_err(fault)?;
     check_headers(path, reader.headers(), max_bytes)?;
+    check_contents(path, reader.headers(), length)?;
     // One thread only: a panic in the crate's own threads would end the process.
     let picture = ::exr::image::read::read()
         .no_deep_data()
@@ -105,7 +111,45 @@ fn check_headers(path: &Path, headers: &[Header], max_bytes: u64) -> Result<()> 
         bytes = bytes.saturating_add(4 * pixels * header.channels.list.len() as u64);
         check_size(path, (1, 1), bytes, max_bytes)?;
     }
-    Ok(())
+    memory::check(bytes).map_err(|shortage| Error::file(path, format!("the decoded picture would {shortage}")))
+}
+
+/// Refuses sizes that a damaged header makes up: compression has its bounds.
+fn check_contents(path: &Path, headers: &[Header], length: u64) -> Result<()> {
+    let least: u64 = headers.iter().map(|header| decoded_bytes(header) / densest(header.compression)).sum();
+    if least <= length {
+        return Ok(());
+    }
+    let (least, length) = (text(least), text(length));
+    Err(Error::file(path, format!("damaged: its pixels need at least {least}, and the file has {length}")))
+}
+
+/// Bytes of all samples as they are stored before compression.
+fn decoded_bytes(header: &Header) -> u64 {
+    let size = header.data_window().size;
+    let samples = |sampling: (usize, usize)| (size.0 / sampling.0.max(1)) as u64 * (size.1 / sampling.1.max(1)) as u64;
+    let channels = header.channels.list.iter();
+    channels.map(|c| samples((c.sampling.0, c.sampling.1)) * c.sample_type.bytes_per_sample() as u64).sum()
+}
+
+/// How many bytes of samples one byte of a file stands for at most.
+fn densest(compression: Compression) -> u64 {
+    // 258 bytes take at least two bits (RFC 1951)
+    const DEFLATE: u64 = 1032;
+    match compression {
+        Compression::Uncompressed => 1,
+        // 128 equal bytes are two
+        Compression::RLE => 64,
+        Compression::ZIP1 | Compression::ZIP16 => DEFLATE,
+        // 255 equal numbers of two bytes are a code of a bit or more and a count of eight
+        Compression::PIZ => 510 * 8 / 9 + 1,
+        // three of the four bytes of a float are kept
+        Compression::PXR24 => DEFLATE * 4 / 3,
+        // sixteen equal numbers of two bytes are three
+        Compression::B44 | Compression::B44A => 11,
+        // a block of 8 × 8 floats has two numbers of two bytes at least
+        _ => DEFLATE * 64,
+    }
 }
 
 fn collect(picture: FlatImage) -> std::result::Result<ExrFile, String> {

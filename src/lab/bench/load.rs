@@ -99,7 +99,7 @@ fn turn(description: &SceneFile, path: &Path, threads: usize) -> Result<Turn> {
 
 fn first_pixel(description: &SceneFile, threads: usize) -> Result<(f64, Scene)> {
     let start = Instant::now();
-    let (scene, _) = Scene::load(&description.scene, threads, description.render.robust)?;
+    let (scene, _) = description.load_scene(threads)?;
     let settings = settings(description, GuidingMethod::None);
     let integrator = PathIntegrator {
         scene: &scene,

@@ -13,7 +13,7 @@ fn cornell(more: &[&str]) -> (SceneFile, Scene) {
     let tiny = ["film.width=48", "film.height=40", "render.spp=12"];
     let set: Vec<String> = tiny.iter().chain(more).map(ToString::to_string).collect();
     let (description, _) = format::load(&path, &set).unwrap();
-    let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
+    let (scene, _) = description.load_scene(1).unwrap();
     (description, scene)
 }
 

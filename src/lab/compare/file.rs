@@ -2,11 +2,11 @@
 
 use super::gallery::{Gallery, reading};
 use super::plan::{Budget, Draft, Origin, Override, SceneEntry};
+use crate::Result;
 use crate::format::document::{
-    At, Bounds, Entries, Entry, Fault, Node, Reader, Source, Value, from_toml, line_and_column,
+    At, Bounds, Entries, Entry, Fault, Node, Reader, Source, Value, from_toml, line_and_column, read_text,
 };
 use crate::guiding::settings::GuidingMethod;
-use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -16,11 +16,10 @@ pub(super) const SHARE: Bounds = Bounds::new(|x| x > 0.0 && x <= 1.0, "greater t
 /// Reads a comparison's file. Paths in it are relative to its folder.
 ///
 /// # Errors
-/// [`Error::Io`], and [`Error::Parse`] with line and column of what is wrong; the settings of methods are looked at
+/// [`crate::Error::Io`], and [`crate::Error::Parse`] with line and column of what is wrong; the settings of methods are looked at
 /// later, with the scene.
 pub fn read(path: &Path) -> Result<Draft> {
-    let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
-    parse(&text, path)
+    parse(&read_text(path)?, path)
 }
 
 /// As [`read`], of text that is called `path`.

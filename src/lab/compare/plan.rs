@@ -12,6 +12,9 @@ use std::path::{Path, PathBuf};
 /// Runs of each cell where nobody says how many.
 const RUNS: u32 = 5;
 
+/// Runs of a comparison at most; each is kept in memory.
+const MOST_RUNS: usize = 1_000_000;
+
 /// A key of the scene file and what it is set to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Override {
@@ -181,6 +184,7 @@ impl Draft {
         }
         told_apart("scenes", scene_names.iter().map(String::as_str))?;
         told_apart("methods", plan.methods.iter().map(|m| m.name.as_str()))?;
+        check_length(&plan)?;
         Ok(plan)
     }
 
@@ -211,6 +215,18 @@ impl Draft {
         }
         let known = built_in.into_iter().chain(self.defined.keys().map(String::as_str));
         Err(Error::Scene(suggest::unknown(&format!("unknown method `{name}`"), name, known)))
+    }
+}
+
+fn check_length(plan: &Plan) -> Result<()> {
+    let factors = [plan.scenes.len(), plan.methods.len(), plan.budgets.len(), plan.runs as usize];
+    match factors.iter().try_fold(1usize, |product, factor| product.checked_mul(*factor)) {
+        Some(0..=MOST_RUNS) => Ok(()),
+        _ => {
+            let [scenes, methods, budgets, runs] = factors;
+            let product = format!("{scenes} scenes × {methods} methods × {budgets} budgets × {runs} runs");
+            Err(Error::Scene(format!("{product} are more than {MOST_RUNS} renders")))
+        }
     }
 }
 

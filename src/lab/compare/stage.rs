@@ -154,7 +154,7 @@ impl Loader {
         if let Some(&scene) = self.known.get(&key) {
             return Ok(Set { description, scene });
         }
-        let (scene, more) = Scene::load(&description.scene, self.threads, description.render.robust)?;
+        let (scene, more) = description.load_scene(self.threads)?;
         self.warnings.extend(more);
         self.scenes.push(scene);
         self.known.insert(key, self.scenes.len() - 1);

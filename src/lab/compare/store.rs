@@ -4,6 +4,7 @@
 use super::plan::Plan;
 use super::record::{ReferenceRecord, Run};
 use super::schedule::Slot;
+use crate::io::memory;
 use crate::{Error, Result};
 use rustc_hash::FxHasher;
 use serde::{Deserialize, Serialize};
@@ -41,10 +42,10 @@ impl Store {
     /// # Errors
     /// [`Error::File`] where it belongs to another plan, [`Error::Parse`] where it is damaged, [`Error::Io`].
     pub fn open(path: &Path, hash: &str, title: &str) -> Result<Store> {
-        let text = match std::fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
-            Err(error) => return Err(Error::io(path)(error)),
+        let text = match memory::read_file(path, u64::MAX) {
+            Ok(bytes) => String::from_utf8(bytes).map_err(|_| Error::file(path, "damaged: its text is not UTF-8"))?,
+            Err(Error::Io { error, .. }) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(error) => return Err(error),
         };
         // What has no end of line was cut off while it was written, by a crash or a full disk.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);

@@ -48,7 +48,7 @@ fn load(folder: &Path, text: &str) -> Scene {
         std::fs::write(folder.join(name), text).unwrap();
     }
     let (description, _) = format::parse(text, &folder.join("scene.toml"), &[]).unwrap();
-    let (scene, warnings) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
+    let (scene, warnings) = description.load_scene(1).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");
     scene
 }
@@ -209,14 +209,14 @@ fn a_thousand_places_cost_little_more_than_one() {
         }
         text += "[[light]]\ntype = 'constant'\nradiance = 1\n";
         let (description, _) = format::parse(&text, &folder.path().join("scene.toml"), &[]).unwrap();
-        let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
+        let (scene, _) = description.load_scene(1).unwrap();
         assert_eq!(scene.triangles(), places * 10_082);
         (scene.geometry().device().memory(), scene)
     };
     let ((one, _), (thousand, scene)) = (memory(1), memory(1000));
     // 10 082 triangles are some 700 kB in Embree, an instance is some 500 B
     assert!(one > 300_000 && thousand < 2 * one + 600_000, "{one} and {thousand} bytes");
-    assert_eq!(scene.instances.meshes().count(), 1);
+    assert_eq!(scene.instances.groups.iter().flatten().count(), 1);
 }
 
 #[test]
@@ -230,7 +230,7 @@ fn empty_groups_are_not_seen_and_places_out_of_reach_are_errors() {
              [[instance]]\ngroup = 'a'\n[[light]]\ntype = 'constant'\nradiance = 1\n"
         );
         let (description, _) = format::parse(&text, &folder.path().join("scene.toml"), &[]).unwrap();
-        Scene::load(&description.scene, 1, description.render.robust).map(|(scene, _)| scene)
+        description.load_scene(1).map(|(scene, _)| scene)
     };
     assert_eq!(with("none.obj", "").unwrap().triangles(), 2);
     assert_eq!(with("ring.obj", "translate = [1e17, 0, 0]").unwrap().triangles(), 6);

@@ -24,6 +24,7 @@ mod tests;
 use crate::Result;
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{Attribute, Indices};
+use crate::io::memory;
 use crate::scene::description::MaterialDescription;
 use rayon::prelude::*;
 use report::Reporter;
@@ -122,8 +123,20 @@ fn check_limits(census: &Census) -> Result<(), Failure> {
             let message = format!("the file has {most} elements of one kind, at most {} are supported", u32::MAX);
             Err(Failure::Fault(Fault::new(0, message)))
         }
-        _ => Ok(()),
+        _ => check_memory(census),
     }
+}
+
+/// That the mesh can be held: the arrays are as long as the statements in the file are many.
+fn check_memory(census: &Census) -> Result<(), Failure> {
+    let Counts { positions, uvs, normals } = census.counts;
+    let own_indices = usize::from(uvs > 0) + usize::from(normals > 0);
+    // a triangle has three corners of four bytes, once more for each attribute, and a material
+    let bytes = 12 * (positions + normals) + 8 * uvs + (12 * (1 + own_indices) + 4) * census.triangles;
+    memory::check(bytes as u64).map_err(|shortage| {
+        let message = format!("{positions} vertices and {} triangles {shortage}", census.triangles);
+        Failure::Fault(Fault::new(0, message))
+    })
 }
 
 fn attribute<const N: usize>(values: usize) -> Option<Attribute<[f32; N]>> {

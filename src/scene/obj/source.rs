@@ -2,6 +2,7 @@
 
 use super::lines;
 use crate::error::{Error, Result};
+use crate::io::memory;
 use rayon::prelude::*;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -62,7 +63,7 @@ impl Source {
         let file = std::fs::metadata(path).map_err(Error::io(path))?;
         let source = Source { path: path.to_path_buf(), store: Store::File, len: file.len() };
         if !file.is_file() {
-            return Ok(Source::memory(path, std::fs::read(path).map_err(Error::io(path))?));
+            return Ok(Source::memory(path, memory::read_file(path, u64::MAX)?));
         }
         let mut head = Vec::new();
         source.read(0..source.len.min(16 * PROBE), &mut head).map_err(Error::io(path))?;
@@ -70,7 +71,7 @@ impl Source {
             return Err(Error::file(path, "the text is UTF-16; it has to be ASCII or UTF-8"));
         }
         if lines::ends_in_cr(&head) {
-            return Ok(Source::memory(path, std::fs::read(path).map_err(Error::io(path))?));
+            return Ok(Source::memory(path, memory::read_file(path, u64::MAX)?));
         }
         Ok(source)
     }

@@ -56,7 +56,7 @@ pub fn build_with(isa: Isa, description: &SceneFile) -> Loaded {
 }
 
 fn build_on(device: phototaxis::Result<Arc<Device>>, description: &SceneFile) -> Loaded {
-    let loaded = device.and_then(|device| Scene::load_on(device, &description.scene, description.render.robust));
+    let loaded = device.and_then(|device| description.load_scene_on(device));
     let (scene, _) = loaded.unwrap_or_else(|error| panic!("{error}"));
     let settings = Settings {
         integrator: description.integrator.clone(),

@@ -65,7 +65,7 @@ impl Subject {
     fn load(&self, first: &[String]) -> Result<(SceneFile, Scene)> {
         let threads = self.machine.start(false)?;
         let (description, warnings) = format::load(&self.scene, &[first, &self.set].concat())?;
-        let (scene, more) = Scene::load(&description.scene, threads, description.render.robust)?;
+        let (scene, more) = description.load_scene(threads)?;
         warn(&[warnings, more].concat());
         Ok((description, scene))
     }

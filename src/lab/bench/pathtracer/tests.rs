@@ -17,7 +17,7 @@ fn room(more: &str) -> (SceneFile, Scene) {
         fs::write(folder.path().join(name), text).unwrap();
     }
     let (description, _) = format::load(&folder.path().join("scene.toml"), &[]).unwrap();
-    let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
+    let (scene, _) = description.load_scene(1).unwrap();
     (description, scene)
 }
 

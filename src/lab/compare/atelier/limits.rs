@@ -110,7 +110,7 @@ mod tests {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml");
         let set: Vec<String> = ["film.width=32", "film.height=32"].iter().chain(more).map(|s| s.to_string()).collect();
         let description = format::load(&path, &set).unwrap().0;
-        (Scene::load(&description.scene, 1, description.render.robust).unwrap().0, settings(&description))
+        (description.load_scene(1).unwrap().0, settings(&description))
     }
 
     #[test]

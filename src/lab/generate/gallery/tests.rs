@@ -50,7 +50,7 @@ fn every_row_loads_and_every_scene_is_in_a_row() {
             assert_eq!((description.scene.film.width, description.scene.film.height), (64, 48), "{}", entry.name());
         }
         let (description, _) = plan.describe(entry, None).unwrap();
-        let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
+        let (scene, _) = description.load_scene(1).unwrap();
         assert!(scene.triangles() > 0, "{}", entry.name());
     }
     assert_eq!(used, names().map(str::to_owned).collect());

@@ -8,7 +8,7 @@ const FEW: u64 = 100_000;
 
 fn load(folder: &Path, name: &str) -> Scene {
     let (description, warnings) = format::load(&folder.join(format!("{name}.toml")), &[]).unwrap();
-    let (scene, more) = Scene::load(&description.scene, 0, description.render.robust).unwrap();
+    let (scene, more) = description.load_scene(0).unwrap();
     assert!(warnings.is_empty() && more.is_empty(), "{name}: {warnings:?} {more:?}");
     scene
 }

@@ -16,6 +16,7 @@ use super::paths;
 use super::report::Reporter;
 use super::source::Fault;
 use crate::error::{Error, Result};
+use crate::io::memory;
 use crate::scene::description::MaterialDescription;
 use record::Record;
 use std::collections::{BTreeMap, BTreeSet};
@@ -40,9 +41,10 @@ pub(super) fn load_libraries(
             if !done.insert(path.clone()) {
                 continue;
             }
-            match std::fs::read(&path) {
+            match memory::read_file(&path, memory::LONGEST_TEXT) {
                 Ok(text) => load_library(&path, text, &mut materials, &mut warnings)?,
-                Err(error) => reporter.warn(*at, format!("material library `{name}`: {error}")),
+                Err(Error::Io { error, .. }) => reporter.warn(*at, format!("material library `{name}`: {error}")),
+                Err(other) => return Err(other),
             }
         }
     }

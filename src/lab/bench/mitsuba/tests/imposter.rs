@@ -9,7 +9,7 @@ fn imposter(description: &SceneFile, first: &str, then: &str) -> (TempDir, PathB
     use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().unwrap();
     let right = folder.path().join("right.exr");
-    let (scene, _) = Scene::load(&description.scene, 1, description.render.robust).unwrap();
+    let (scene, _) = description.load_scene(1).unwrap();
     let mut own = settings(description, GuidingMethod::None);
     own.render.spp = 256;
     let (_, estimate) = Own::render(&scene, &own).unwrap();

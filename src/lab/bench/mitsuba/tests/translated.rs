@@ -183,7 +183,7 @@ fn one_sphere_of_another_material_is_not_the_same() {
     let mut started = start(&description, &python);
     let mut other = started.translation.description.clone();
     other.scene.materials.insert("m8".into(), crate::scene::description::MaterialDescription::default());
-    started.scene = Scene::load(&other.scene, 1, other.render.robust).unwrap().0;
+    started.scene = other.load_scene(1).unwrap().0;
     match started.measure(2) {
         Ok(report) => assert!(report.mitsuba.iter().all(|m| m.agreement.worst > NEAR), "{report:?}"),
         Err(error) => assert!(error.to_string().contains("another picture"), "{error}"),

@@ -1,0 +1,280 @@
+//! The number that tells scenes apart: the same for the same content on every machine and in every release.
+//!
+//! What is hashed are canonical bytes, not a program's text or types. All numbers are little-endian, floats by their
+//! bits; every list comes after its length, every choice after a number that it keeps for ever. Names of files,
+//! materials and groups are left out: a material is what it says, a picture its texels, a group its place in the list.
+//! A mesh is hashed as its file has it, with its transform beside it, so that no rounding has a part in the hash.
+//!
+//! The hash is XXH3 with 64 bits (<https://github.com/Cyan4973/xxHash>, a frozen format). It keeps nothing secret: who
+//! wants two scenes with one hash can make them.
+
+use super::description::{CameraDescription, MaterialDescription, SceneDescription};
+use crate::Result;
+use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
+use crate::film::{FilmSettings, Filter};
+use crate::geometry::Mesh;
+use crate::geometry::mesh::{Attribute, Indices};
+use crate::io::canon::Canon;
+use crate::light::LightDescription;
+use crate::math::Rgb;
+use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
+use bytemuck::NoUninit;
+use glam::{Affine3A, Vec3};
+use std::path::Path;
+
+/// Begins all that is hashed. Its version changes with what is hashed and how.
+const SCENE: &[u8] = b"phototaxis scene 1\0";
+const VIEW: &[u8] = b"phototaxis view 1\0";
+const MESH: &[u8] = b"phototaxis mesh 1\0";
+
+/// Of a mesh as its file has it, its materials numbered as in the scene, and of where it is put.
+pub(super) fn mesh(mesh: &Mesh, transform: Affine3A) -> u64 {
+    let Mesh { positions, triangles, normals, uvs, materials } = mesh;
+    let mut canon = Canon::new(MESH);
+    canon.transform(transform);
+    canon.array(positions);
+    canon.array(triangles);
+    canon.array(materials);
+    attribute(&mut canon, normals.as_ref());
+    attribute(&mut canon, uvs.as_ref());
+    canon.finish()
+}
+
+fn attribute<T: NoUninit>(canon: &mut Canon, attribute: Option<&Attribute<T>>) {
+    let Some(Attribute { values, indices }) = attribute else { return canon.u32(0) };
+    match indices {
+        Indices::OfPositions => canon.u32(1),
+        Indices::Own(indices) => {
+            canon.u32(2);
+            canon.array(indices);
+        }
+    }
+    canon.array(values);
+}
+
+/// What of a scene is not in its description.
+pub(super) struct Content<'a> {
+    /// Of [`mesh`], by mesh of the description.
+    pub meshes: &'a [u64],
+    /// All that meshes have, by number.
+    pub materials: &'a [MaterialDescription],
+    /// Hash of a picture's texels.
+    pub picture: &'a mut dyn FnMut(&Path) -> Result<u64>,
+    /// Of the pictures of the surroundings, in the order of the description's lights.
+    pub environments: &'a [u64],
+}
+
+/// Over what light does in the scene, whoever looks at it: geometry, materials and lights.
+///
+/// # Errors
+/// Those of `picture`.
+pub(super) fn content(description: &SceneDescription, content: Content) -> Result<u64> {
+    let Content { meshes, materials, picture, environments } = content;
+    let mut canon = Canon::new(SCENE);
+    let mut groups: Vec<&str> = Vec::new();
+    canon.u64(meshes.len() as u64);
+    for (&mesh, said) in meshes.iter().zip(&description.meshes) {
+        canon.u64(mesh);
+        canon.u64(said.group.as_deref().map_or(0, |name| 1 + number(&mut groups, name)));
+    }
+    canon.u64(description.instances.len() as u64);
+    for instance in &description.instances {
+        canon.u64(1 + number(&mut groups, &instance.group));
+        canon.transform(instance.transform);
+    }
+    canon.u64(materials.len() as u64);
+    materials.iter().try_for_each(|m| Surface { canon: &mut canon, picture }.material(m))?;
+    canon.u64(description.lights.len() as u64);
+    let mut environments = environments.iter();
+    description.lights.iter().for_each(|l| light(&mut canon, l, &mut environments));
+    Ok(canon.finish())
+}
+
+/// Of `name` in the order in which names come.
+fn number<'a>(names: &mut Vec<&'a str>, name: &'a str) -> u64 {
+    let known = names.iter().position(|n| *n == name);
+    known.unwrap_or_else(|| {
+        names.push(name);
+        names.len() - 1
+    }) as u64
+}
+
+/// Over all that decides what the picture shows: the hash of the content, camera and film. Settings that only decide how
+/// fast the picture is found are left out.
+pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, content: u64) -> u64 {
+    let FilmSettings { width, height, filter, exposure: _ } = film;
+    let mut canon = Canon::new(VIEW);
+    canon.u64(content);
+    canon.flag(camera.is_some());
+    if let Some(CameraDescription { origin, target, up, vfov, mirrored }) = camera {
+        [origin, target, up].into_iter().for_each(|v| canon.vector(*v));
+        canon.floats([*vfov]);
+        canon.flag(*mirrored);
+    }
+    canon.u32(*width);
+    canon.u32(*height);
+    canon.u32(match filter {
+        Filter::Box => 0,
+        Filter::Tent => 1,
+        Filter::Gaussian => 2,
+    });
+    canon.finish()
+}
+
+/// Writes materials.
+struct Surface<'a> {
+    canon: &'a mut Canon,
+    picture: &'a mut dyn FnMut(&Path) -> Result<u64>,
+}
+
+impl Surface<'_> {
+    fn material(&mut self, material: &MaterialDescription) -> Result<()> {
+        let MaterialDescription { bsdf, two_sided, opacity, emission, emission_two_sided } = material;
+        self.bsdf(bsdf)?;
+        self.canon.flag(*two_sided);
+        match opacity {
+            None => self.canon.u32(0),
+            Some(ScalarTexture::Constant(share)) => {
+                self.canon.u32(1);
+                self.canon.floats([*share]);
+            }
+            Some(ScalarTexture::Image(image)) => self.image(2, image)?,
+            Some(ScalarTexture::Luminance(image)) => self.image(3, image)?,
+        }
+        self.canon.vector(*emission);
+        self.canon.flag(*emission_two_sided);
+        Ok(())
+    }
+
+    fn bsdf(&mut self, bsdf: &BsdfDescription) -> Result<()> {
+        match bsdf {
+            BsdfDescription::Null => self.canon.u32(0),
+            BsdfDescription::Diffuse { reflectance } => {
+                self.canon.u32(1);
+                self.color(reflectance)?;
+            }
+            BsdfDescription::DiffuseTransmitter { reflectance, transmittance } => {
+                self.canon.u32(2);
+                self.color(reflectance)?;
+                self.color(transmittance)?;
+            }
+            BsdfDescription::Conductor { eta_k, specular_reflectance, alpha, distribution } => {
+                self.canon.u32(3);
+                self.canon.flag(eta_k.is_some());
+                eta_k.iter().for_each(|(eta, k)| [eta, k].into_iter().for_each(|v| self.canon.vector(*v)));
+                self.color(specular_reflectance)?;
+                self.rough(*alpha, *distribution);
+            }
+            BsdfDescription::Dielectric {
+                int_ior,
+                ext_ior,
+                specular_reflectance,
+                specular_transmittance,
+                alpha,
+                distribution,
+                thin,
+            } => {
+                self.canon.u32(4);
+                self.coat([*int_ior, *ext_ior], *specular_reflectance);
+                self.canon.vector(*specular_transmittance);
+                self.rough(*alpha, *distribution);
+                self.canon.flag(*thin);
+            }
+            BsdfDescription::Plastic {
+                reflectance,
+                specular_reflectance,
+                int_ior,
+                ext_ior,
+                alpha,
+                distribution,
+                nonlinear,
+            } => {
+                self.canon.u32(5);
+                self.color(reflectance)?;
+                self.coat([*int_ior, *ext_ior], *specular_reflectance);
+                self.rough(*alpha, *distribution);
+                self.canon.flag(*nonlinear);
+            }
+            BsdfDescription::Principled {
+                base_color,
+                metallic,
+                roughness,
+                specular,
+                spec_tint,
+                clearcoat,
+                clearcoat_gloss,
+                sheen,
+                sheen_tint,
+            } => {
+                self.canon.u32(6);
+                self.color(base_color)?;
+                self.canon.floats([*metallic, *roughness, *specular, *spec_tint]);
+                self.canon.floats([*clearcoat, *clearcoat_gloss, *sheen, *sheen_tint]);
+            }
+        }
+        Ok(())
+    }
+
+    fn coat(&mut self, iors: [f32; 2], specular_reflectance: Rgb) {
+        self.canon.floats(iors);
+        self.canon.vector(specular_reflectance);
+    }
+
+    fn rough(&mut self, alpha: f32, distribution: MicrofacetDistribution) {
+        self.canon.floats([alpha]);
+        self.canon.u32(match distribution {
+            MicrofacetDistribution::Ggx => 0,
+            MicrofacetDistribution::Beckmann => 1,
+        });
+    }
+
+    fn color(&mut self, color: &ColorTexture) -> Result<()> {
+        match color {
+            ColorTexture::Constant(color) => {
+                self.canon.u32(1);
+                self.canon.vector(*color);
+                Ok(())
+            }
+            ColorTexture::Image(image) => self.image(2, image),
+        }
+    }
+
+    fn image(&mut self, kind: u32, image: &ImageTexture) -> Result<()> {
+        let ImageTexture { path, scale, offset, nearest, tint } = image;
+        self.canon.u32(kind);
+        self.canon.u64((self.picture)(path)?);
+        self.canon.floats(*scale);
+        self.canon.floats(*offset);
+        self.canon.flag(*nearest);
+        self.canon.vector(*tint);
+        Ok(())
+    }
+}
+
+fn light<'a>(canon: &mut Canon, light: &LightDescription, environments: &mut impl Iterator<Item = &'a u64>) {
+    match light {
+        LightDescription::Environment { path: _, scale, to_world } => {
+            canon.u32(1);
+            canon.u64(*environments.next().expect("each picture of the surroundings has been loaded"));
+            canon.vector(*scale);
+            canon.transform(*to_world);
+        }
+        LightDescription::Constant { radiance } => {
+            canon.u32(2);
+            canon.vector(*radiance);
+        }
+        LightDescription::Point { position, intensity } => {
+            canon.u32(3);
+            canon.vector(*position);
+            canon.vector(*intensity);
+        }
+        LightDescription::Directional { direction, irradiance } => {
+            canon.u32(4);
+            canon.vector(*direction);
+            canon.vector(*irradiance);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

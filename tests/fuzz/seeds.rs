@@ -1,0 +1,461 @@
+//! Valid files of each kind, small enough that thousands are read in a second.
+
+use base64::Engine as _;
+use exr::prelude::*;
+use image::{DynamicImage, ExtendedColorType, ImageFormat};
+use std::io::Cursor;
+use std::path::Path;
+
+pub const OBJ: [&str; 5] = [
+    "# a quad\nmtllib input.mtl other.mtl\no quad\nv -1 0 1\nv 1 0 1\nv 1 0.5 -1\nv -1 0 -1\nvn 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n\
+     usemtl wood\ns off\nf 1/1/1 2/2/1 3/3/1 4//1\n",
+    "v 0 0 0\nv 1 0 0\nv 0 1 0 1.0\nv 2 2 2 1 0.5 0.25\nvt 0.5\nvn 0 0 0\nvn 1 2 3\nf -4 -3 -2\nf 1/1 2/1 3/1\nf 1//1 2//2 4//2\n\
+     usemtl\nf 1 2 3 4\nf 1 1 2\nl 1 2\np 1\n",
+    "v 0 0 0 \\\n\nv 1 0 \\\r\n 0\r\nv 1 1 0\r\nv 0.5 0.1 0\r\nv 0 1 0\r\ng a b\r\nusemtl Material #25\r\nf 1 2 3 4 5\r\n",
+    "v 0 0 0\rv 1e0 0 0\rv 0 1.5e-3 0\rf 1 2 3\r",
+    "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nv nan 0 0\nv 1e39 0 0\nf 1 2 3 4 5\nusemtl glow\nf 5 4 3 2 1\ncurv 0 1 1 2\n",
+];
+
+pub const OBJ_WORDS: [&[u8]; 24] = [
+    b"v ",
+    b"vt ",
+    b"vn ",
+    b"vp ",
+    b"f ",
+    b"l ",
+    b"p ",
+    b"o ",
+    b"g ",
+    b"s ",
+    b"usemtl ",
+    b"mtllib ",
+    b"\nf -1 -2 -3\n",
+    b"//",
+    b"/",
+    b"1/2/3",
+    b"\\\n",
+    b"\\\r\n",
+    b"\r",
+    b"#",
+    b"\xef\xbb\xbf",
+    b"\xff\xfe",
+    b"\0",
+    b"usemtl wood\n",
+];
+
+pub const MTL: [&str; 3] = [
+    "# made by hand\nnewmtl wood\nNs 250\nKa 1 1 1\nKd 0.8 0.6 0.4\nKs 0.5 0.5 0.5\nKe 0 0 0\nNi 1.45\nd 1\nillum 2\n\
+     map_Kd -s 2 3 1 -o 0.5 .25 wood.png # note\nmap_d mask.png\n",
+    "newmtl glow\r\nKe 17 12 4\r\nKd 0 0 0\r\nTr 0.25\r\nTf 1 1 1\r\nillum 7\r\nPr 0.3\r\nPm 1\r\nmap_Bump -bm 0.5 b.png\r\n",
+    "Kd 1\nnewmtl a b\nKd spectral x.rfl 1\nd -halo 0.5\nmap_Ke -mm 0 2 -clamp on e.png\nnewmtl a b\nNs 1e9\nsharpness 60\n",
+];
+
+pub const MTL_WORDS: [&[u8]; 28] = [
+    b"newmtl ",
+    b"Kd ",
+    b"Ks ",
+    b"Ke ",
+    b"Ka ",
+    b"Ns ",
+    b"Ni ",
+    b"Tr ",
+    b"d ",
+    b"Tf ",
+    b"illum ",
+    b"Pr ",
+    b"Pm ",
+    b"Ps ",
+    b"Pc ",
+    b"aniso ",
+    b"map_Kd ",
+    b"map_Ks ",
+    b"map_d ",
+    b"map_Ke ",
+    b"bump ",
+    b"-s ",
+    b"-o ",
+    b"-mm ",
+    b"-halo ",
+    b"spectral ",
+    b"xyz ",
+    b"\\\n",
+];
+
+pub const TOML: [&str; 3] = [
+    include_str!("../../scenes/cornell.toml"),
+    "[camera]\norigin = [0, 1, 5]\ntarget = [0, 1, 0]\nvfov = 40\n[film]\nwidth = 8\nheight = 6\nfilter = 'tent'\n\
+     [[mesh]]\npath = 'input.obj'\nrotate = { axis = [0, 1, 0], angle = 30 }\nscale = [1, 2, 0.5]\ntranslate = [0.3, 0, 0]\n\
+     material = 'Glass'\n[[mesh]]\npath = 'input.obj'\ngroup = 'tree'\n\
+     [[instance]]\ngroup = 'tree'\nto_world = [1, 0, 0, 2, 0, 1, 0, 0, 0, 0, 1, 0]\n[[instance]]\ngroup = 'tree'\n\
+     [material.Glass]\ntype = 'dielectric'\nint_ior = 1.5\next_ior = 1\nalpha = 0.1\n\
+     [material.wood]\ntype = 'plastic'\nreflectance = { texture = 'a.png', scale = [4, 4], nearest = true }\nalpha = 0.05\n\
+     opacity = { texture = 'a.png', channel = 'luminance' }\n\
+     [material.glow]\ntype = 'diffuse'\nemission = [1, 2, 3]\nemission_two_sided = true\n\
+     [material.Gold]\ntype = 'conductor'\neta = [0.1, 0.3, 1.4]\nk = [3.9, 2.3, 1.6]\nalpha = 0.1\ndistribution = 'beckmann'\n\
+     [[light]]\ntype = 'environment'\npath = 'sky.exr'\nscale = 0.5\nrotate_y = 90\n\
+     [[light]]\ntype = 'directional'\ndirection = [0, -1, 0.25]\nirradiance = 3\n",
+    "[film]\nwidth = 4\nheight = 4\n[[mesh]]\npath = 'input.obj'\n[material.wood]\ntype = 'principled'\nbase_color = [0.2, 0.3, 0.4]\n\
+     metallic = 0.5\nroughness = 0.3\nspecular = 0.5\nclearcoat = 1\nsheen = 0.5\n\
+     [material.glow]\ntype = 'diffuse-transmitter'\nreflectance = 0.2\ntransmittance = 0.3\nopacity = 0.5\n\
+     [[light]]\ntype = 'point'\nposition = [0, 3, 0]\nintensity = 10\n[[light]]\ntype = 'constant'\nradiance = 1\n\
+     [guiding]\nmethod = 'sdtree'\nmemory = '16 MiB'\nstrata = 8\nsites = 100\n[integrator]\nmax_depth = 4\nroulette = 'none'\n\
+     [render]\nspp = 1\nseed = 7\n",
+];
+
+pub const TOML_WORDS: [&[u8]; 40] = [
+    b"[camera]\n",
+    b"[film]\n",
+    b"[[mesh]]\n",
+    b"[[light]]\n",
+    b"[[instance]]\n",
+    b"[material.x]\n",
+    b"[guiding]\n",
+    b"[render]\n",
+    b"width",
+    b"height",
+    b"origin",
+    b"target",
+    b"up",
+    b"vfov",
+    b"path",
+    b"scale",
+    b"rotate",
+    b"to_world",
+    b"type",
+    b"alpha",
+    b"'dielectric'",
+    b"'plastic'",
+    b"'conductor'",
+    b"'principled'",
+    b"'null'",
+    b"'mirror'",
+    b"'environment'",
+    b"memory",
+    b"resolution",
+    b"'1e30 TiB'",
+    b"true",
+    b"1979-05-27",
+    b"'''",
+    b"\"\"\"",
+    b"{",
+    b"}",
+    b"[",
+    b"]",
+    b"=",
+    b"\xe2\x82\xac",
+];
+
+pub const JSON: [&str; 1] = [r#"{
+ "name": "small", "obj": "input.obj", "extra": 1,
+ "camera": {"type": "perspective", "origin": [0, 1, 5], "target": [0, 1, 4], "up": [0, 1, 0], "vfov_deg": 30,
+            "width": 6, "height": 4, "mirrored_x": true, "to_world": [[1, 0], [0, 1]]},
+ "materials": {
+  "wood": {"type": "diffuse", "reflectance": {"texture": "a.png", "filter": "nearest"}, "opacity": {"texture": "a.png"}},
+  "Lamp": {"type": "diffuse", "reflectance": 0, "emission": [1, 2, 3]},
+  "Steel": {"type": "conductor", "specular_reflectance": [1, 1, 1]},
+  "glow": {"type": "phong", "reflectance": [0.1, 0.2, 0.3], "exponent": 48},
+  "Car": {"type": "principled", "base_color": 0.2, "alpha": 0.25, "anisotropic": 0.5, "spec_trans": 0}
+ },
+ "emitters": [
+  {"type": "area", "object": "o", "material": "Lamp", "radiance": [1, 2, 4]},
+  {"type": "envmap", "filename": "sky.exr"},
+  {"type": "constant", "radiance": 2},
+  {"type": "point", "position": [1, 2, 3], "intensity": [1, 1, 1]}
+ ]
+}"#];
+
+pub const JSON_WORDS: [&[u8]; 24] = [
+    b"\"obj\"",
+    b"\"camera\"",
+    b"\"materials\"",
+    b"\"emitters\"",
+    b"\"type\"",
+    b"\"phong\"",
+    b"\"exponent\"",
+    b"\"width\"",
+    b"null",
+    b"true",
+    b"false",
+    b"{}",
+    b"[]",
+    b"{",
+    b"}",
+    b"[",
+    b"]",
+    b",",
+    b":",
+    b"\\u0000",
+    b"\\ud800",
+    b"1e999",
+    b"-",
+    b"\"",
+];
+
+pub const PLAN: [&str; 2] = [
+    include_str!("../../scenes/gallery/gallery.toml"),
+    "title = \"How fine a grid\"\ncompare = [\"none\", \"coarse\", \"sweep:guiding.strata=4,8\"]\nbaseline = \"none\"\nspp = [5, 10]\n\
+     runs = 5\nseed = 0\nreference_noise = 0.05\nreference_time = 600\n[set]\n\"film.width\" = 320\n[[scene]]\npath = \"door.toml\"\n\
+     name = \"door\"\nset = { \"guiding.memory\" = \"64 MiB\" }\nsamples = 1\n[methods.coarse]\n\"guiding.method\" = \"grid\"\n\
+     guiding.resolution = 8\n[methods.none]\n[gallery]\nalarm = 0.01\nslower = 2\n[[why]]\nscenes = [\"door\"]\n\
+     methods = [\"coarse\"]\nfails = [\"efficiency\"]\nsays = \"Eight cells are too few.\"\n",
+];
+
+pub const PLAN_WORDS: [&[u8]; 24] = [
+    b"[[scene]]\n",
+    b"[methods.x]\n",
+    b"[set]\n",
+    b"[gallery]\n",
+    b"[[why]]\n",
+    b"runs",
+    b"seed",
+    b"time",
+    b"spp",
+    b"compare",
+    b"\"sweep:a=1,2;b=3,4\"",
+    b"\"sweep:",
+    b"baseline",
+    b"reference",
+    b"reference_scene",
+    b"samples",
+    b"name",
+    b"path",
+    b"set",
+    b"says",
+    b"= []\n",
+    b"{",
+    b"}",
+    b"=",
+];
+
+pub const RUNS: &str = concat!(
+    r#"{"plan":{"format":1,"hash":"h","title":"t"}}"#,
+    "\n",
+    r#"{"reference":{"scene":"s","reference":{"source":"made","path":"r.exr","samples":64,"seconds":1.5,"relmse_noise":null}}}"#,
+    "\n",
+    r#"{"repeat":{"scene":"s","method":"none","spp":8,"equal":true}}"#,
+    "\n",
+    r#"{"run":{"scene":"s","method":"none","budget":"4 spp","seed":3,"samples":4,"seconds":2.0,"learn_seconds":0.0,"film_seconds":0.1,"#,
+    r#""mse":0.5,"relmse":null,"relmse_trimmed":0.1,"mape":0.2,"smape":0.2,"flip":0.1,"worst_permille":8.0,"mean":[0.5,0.25,0.125],"#,
+    r#""non_finite":0,"broken_pixels":0,"rays":4000,"shadow_rays":2000,"paths":1000,"mean_path_length":4.0,"zero_share":0.5,"#,
+    r#""guide_bytes":0,"guide_states":0,"peak_bytes":null,"iterations":[{"samples":4,"seconds":1.0,"learn_seconds":0.0,"#,
+    r#""mean_path_length":4.0,"zero_share":0.5,"guide_hit_share":0.0}],"blocks":[1.0,2.0,0.5]}}"#,
+    "\n",
+);
+
+pub const RUNS_WORDS: [&[u8]; 20] = [
+    b"\"plan\"",
+    b"\"run\"",
+    b"\"reference\"",
+    b"\"repeat\"",
+    b"\"format\"",
+    b"\"hash\"",
+    b"\"blocks\"",
+    b"\"mean\"",
+    b"null",
+    b"true",
+    b"\n",
+    b"{",
+    b"}",
+    b"[",
+    b"]",
+    b",",
+    b":",
+    b"1e999",
+    b"\"made\"",
+    b"\"file\"",
+];
+
+pub const PNG_WORDS: [&[u8]; 16] = [
+    b"IHDR",
+    b"PLTE",
+    b"IDAT",
+    b"IEND",
+    b"tRNS",
+    b"gAMA",
+    b"iCCP",
+    b"zTXt",
+    b"iTXt",
+    b"acTL",
+    b"fcTL",
+    b"fdAT",
+    b"sRGB",
+    b"eXIf",
+    b"\0\0\0\0",
+    b"\x78\x9c",
+];
+
+pub const JPEG_WORDS: [&[u8]; 20] = [
+    b"\xff\xd8",
+    b"\xff\xd9",
+    b"\xff\xc0",
+    b"\xff\xc1",
+    b"\xff\xc2",
+    b"\xff\xc3",
+    b"\xff\xc4",
+    b"\xff\xc9",
+    b"\xff\xda",
+    b"\xff\xdb",
+    b"\xff\xdd",
+    b"\xff\xd0",
+    b"\xff\xe1",
+    b"\xff\xee",
+    b"\xff\xfe",
+    b"\xff\x00",
+    b"Adobe",
+    b"Exif\0\0",
+    b"ICC_PROFILE\0",
+    b"\x11\x08\xff\xff\xff\xff",
+];
+
+pub const EXR_WORDS: [&[u8]; 20] = [
+    b"channels\0",
+    b"chlist\0",
+    b"compression\0",
+    b"dataWindow\0",
+    b"displayWindow\0",
+    b"box2i\0",
+    b"lineOrder\0",
+    b"tiles\0",
+    b"tiledesc\0",
+    b"chunkCount\0",
+    b"type\0",
+    b"deepscanline",
+    b"deeptile",
+    b"scanlineimage",
+    b"tiledimage",
+    b"multiView\0",
+    b"\xff\xff\xff\x7f",
+    b"\0\0\x01\0",
+    b"\0\0\0\0",
+    b"name\0",
+];
+
+pub const GUIDE_WORDS: [&[u8]; 8] = [
+    b"\0",
+    b"\x80\x80\x80\x80\x10",
+    b"\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01",
+    b"\xff\xff\x03",
+    b"\0\0\xc0\x7f",
+    b"\0\0\x80\x7f",
+    b"\0\0\0\0\0\0\xf0\x7f",
+    b"\0\0\x80\xff",
+];
+
+/// A picture of 7 × 5 pixels in every form that PNG has for it.
+pub fn png() -> Vec<Vec<u8>> {
+    let ramp: Vec<u8> = (0..7 * 5 * 8u32).map(|i| (i * 41) as u8).collect();
+    let wide: Vec<u16> = ramp.iter().map(|&x| u16::from(x) * 257).collect();
+    let bytes = |channels: usize| ramp[..35 * channels].to_vec();
+    let words = |channels: usize| wide[..35 * channels].to_vec();
+    let pictures: [DynamicImage; 8] = [
+        image::GrayImage::from_raw(7, 5, bytes(1)).unwrap().into(),
+        image::GrayAlphaImage::from_raw(7, 5, bytes(2)).unwrap().into(),
+        image::RgbImage::from_raw(7, 5, bytes(3)).unwrap().into(),
+        image::RgbaImage::from_raw(7, 5, bytes(4)).unwrap().into(),
+        image::ImageBuffer::<image::Luma<u16>, _>::from_raw(7, 5, words(1)).unwrap().into(),
+        image::ImageBuffer::<image::LumaA<u16>, _>::from_raw(7, 5, words(2)).unwrap().into(),
+        image::ImageBuffer::<image::Rgb<u16>, _>::from_raw(7, 5, words(3)).unwrap().into(),
+        image::ImageBuffer::<image::Rgba<u16>, _>::from_raw(7, 5, words(4)).unwrap().into(),
+    ];
+    pictures.iter().map(|picture| written(picture, ImageFormat::Png)).chain([palette()]).collect()
+}
+
+/// Two bits a pixel, interlaced, with a palette and what is transparent of it.
+fn palette() -> Vec<u8> {
+    let mut png = b"\x89PNG\r\n\x1a\n".to_vec();
+    let mut chunk = |name: &[u8], data: &[u8]| {
+        png.extend((data.len() as u32).to_be_bytes());
+        png.extend([name, data, &[0; 4]].concat());
+    };
+    chunk(b"IHDR", &[0, 0, 0, 5, 0, 0, 0, 3, 2, 3, 0, 0, 1]);
+    chunk(b"gAMA", &[0, 0, 0xb1, 0x8f]);
+    chunk(b"PLTE", &[255, 0, 0, 0, 255, 0, 0, 0, 255]);
+    chunk(b"tRNS", &[255, 128]);
+    // the passes of Adam7 for 5 × 3 pixels: each row begins with its filter, none
+    let rows = [0, 0, 0, 0x40, 0, 0x80, 0, 0x18, 0, 0x10, 0, 0x40, 0, 0x18, 0x40];
+    let mut stored = vec![0x78, 0x01, 1, rows.len() as u8, 0, !(rows.len() as u8), 0xff];
+    stored.extend(rows);
+    stored.extend([0; 4]);
+    chunk(b"IDAT", &stored);
+    chunk(b"IEND", &[]);
+    mend_png(&mut png);
+    png
+}
+
+/// Puts the checksums right of all chunks that can be found.
+pub fn mend_png(bytes: &mut [u8]) {
+    let mut at = 8;
+    while let Some(head) = bytes.get(at..at + 4) {
+        let length = u32::from_be_bytes(head.try_into().unwrap()) as usize;
+        let Some(sum) = bytes.get(at + 4..at + 8 + length).map(crc32fast::hash) else { return };
+        let Some(place) = bytes.get_mut(at + 8 + length..at + 12 + length) else { return };
+        place.copy_from_slice(&sum.to_be_bytes());
+        at += 12 + length;
+    }
+}
+
+/// Sequential ones, and progressive ones in colour and in grey with restarts, which the crate `jpeg-encoder` wrote.
+pub fn jpeg() -> Vec<Vec<u8>> {
+    let color = image::RgbImage::from_fn(19, 13, |x, y| image::Rgb([x as u8 * 9, y as u8 * 9, (x * y) as u8]));
+    let grey = image::GrayImage::from_fn(9, 17, |x, y| image::Luma([(x * 20 + y) as u8]));
+    let mut files = vec![written(&color.into(), ImageFormat::Jpeg), written(&grey.into(), ImageFormat::Jpeg)];
+    for text in [PROGRESSIVE_COLOR, PROGRESSIVE_GREY] {
+        files.push(base64::engine::general_purpose::STANDARD.decode(text).unwrap());
+    }
+    files
+}
+
+fn written(picture: &DynamicImage, format: ImageFormat) -> Vec<u8> {
+    let mut file = Cursor::new(Vec::new());
+    assert_ne!(ExtendedColorType::from(picture.color()), ExtendedColorType::Unknown(0));
+    picture.write_to(&mut file, format).unwrap();
+    file.into_inner()
+}
+
+/// Each way of compression, in lines and in tiles, in several parts and with a window of its own.
+pub fn exr() -> Vec<Vec<u8>> {
+    let lossless =
+        [Compression::Uncompressed, Compression::RLE, Compression::ZIP1, Compression::ZIP16, Compression::PXR24];
+    let blocky = [Compression::PIZ, Compression::B44, Compression::B44A];
+    let blocks = [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 4))];
+    let encodings = lossless.into_iter().chain(blocky).flat_map(|compression| {
+        blocks.map(|blocks| Encoding { compression, blocks, line_order: LineOrder::Increasing })
+    });
+    encodings.enumerate().map(|(k, encoding)| exr_file(encoding, 1 + k % 2)).collect()
+}
+
+fn exr_file(encoding: Encoding, parts: usize) -> Vec<u8> {
+    let size = Vec2(11, 9);
+    let float = |i: usize| 0.25 * i as f32;
+    let part = |k: usize| {
+        let name =
+            |channel: &str| Text::from(if k == 0 { channel.to_string() } else { format!("id.{channel}") }.as_str());
+        let channels = [
+            AnyChannel::new(name("R"), FlatSamples::F16((0..99).map(|i| f16::from_f32(float(i))).collect())),
+            AnyChannel::new(name("G"), FlatSamples::F32((0..99).map(float).collect())),
+            AnyChannel::new(name("B"), FlatSamples::U32((0..99).collect())),
+        ];
+        let mut attributes = LayerAttributes::named(format!("part {k}").as_str());
+        attributes.layer_position = Vec2(k as i32, -(k as i32));
+        Layer { channel_data: AnyChannels::sort(channels.into_iter().collect()), attributes, size, encoding }
+    };
+    let attributes = ImageAttributes::with_size(size);
+    let mut file = Cursor::new(Vec::new());
+    let layers = (0..parts).map(part).collect::<Layers<_>>();
+    Image { attributes, layer_data: layers }.write().non_parallel().to_buffered(&mut file).unwrap();
+    file.into_inner()
+}
+
+/// What the scenes above name, beside them.
+pub fn write_companions(folder: &Path) {
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).unwrap();
+    write("a.png", &png()[3]);
+    write("sky.exr", &exr()[2]);
+    write("cornell.obj", OBJ[0].as_bytes());
+    write("input.obj", format!("mtllib input.mtl\n{}usemtl glow\nf 1 2 3\n", OBJ[0]).as_bytes());
+    write("input.mtl", MTL.concat().as_bytes());
+}
+
+const PROGRESSIVE_COLOR: &str = "/9j/4AAQSkZJRgABAgAAAQABAAD/wgARCAARABQDACIAAREBAhEB/9sAQwAbEhQXFBEbFxYXHhwbIChCKyglJShROj0wQmBVZWRfVV1baniZgWpxkHNbXYW1hpCeo6utq2eAvMm6pseZqKuk/9sAQwEcHh4oIyhOKytOpG5dbqSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSk/8QAGAAAAwEBAAAAAAAAAAAAAAAAAAECAwX/xAArEAACAQIBCQkAAAAAAAAAAAABEQAhMQIDEhMyQWFxkfAiM0NRYnKBsfH/xAAXAQADAQAAAAAAAAAAAAAAAAAAAQIE/8QAHBEBAAEEAwAAAAAAAAAAAAAAAAECAyExMkFh/9oACAEAAAAAAOY1YaZx/9oACAEBEQAAABJ//9oACAECEQAAACa1f//aAAgBAAABFAAgLOXZuoiQVreYgwDF4mYqIBEEsVhwgG9LMw6K+Vwlmt9g9xmDuTwEymseJn//2gAIAQERARQAjOmel7gq2//aAAgBAhEBFAD1Pqjta4Q//9oACAEAABUpAF1RV/Y2b/bWyEdV3iekzeZ//9oACAEBERUpAED/2gAIAQIRFSkAD//aAAgBAAAqPwB8oucjHzEY5JP/2gAIAQERKj8AD//aAAgBAhEqPwAP/9k=";
+
+const PROGRESSIVE_GREY: &str = "/9j/4AAQSkZJRgABAgAAAQABAAD/wgALCAARABQBABEA/9sAQwAbEhQXFBEbFxYXHhwbIChCKyglJShROj0wQmBVZWRfVV1baniZgWpxkHNbXYW1hpCeo6utq2eAvMm6pseZqKuk/9sAQwEcHh4oIyhOKytOpG5dbqSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSkpKSk/8QAGAAAAwEBAAAAAAAAAAAAAAAAAQIDBAX/xAAnEAABBAEBBgcAAAAAAAAAAAABAAIDESEEIjE0QWGxEzNxcoHh8P/dAAQAAv/aAAgBAAAAAADmr//Q5o//0ebH/9Llt//Tn//aAAgBAAABFABgEWpcyth2QComEtk0535Atf/QhlLY6NgjBBUpuOOUb2mjj//RktszJQMPFErVHw5jVU/aC//SHAv+FLwsfvC//9PT+UF//9oACAEAABUpAMUVXoV//9Bcl//R5j6/c//S6hdCv//TX//aAAgBAAAqPwC0v//QXdf/0eytf//SS//TX//Z";
