@@ -3,7 +3,8 @@
 //! What is hashed are canonical bytes, not a program's text or types. All numbers are little-endian, floats by their
 //! bits; every list comes after its length, every choice after a number that it keeps for ever. Names of files,
 //! materials and groups are left out: a material is what it says, a picture its texels, a group its place in the list.
-//! A mesh is hashed as its file has it, with its transform beside it, so that no rounding has a part in the hash.
+//! A mesh is hashed as its file has it, with its transform beside it, so that no rounding of points has a part in the
+//! hash. (A rotation by an angle is what the machine's sine makes of it.)
 //!
 //! The hash is XXH3 with 64 bits (<https://github.com/Cyan4973/xxHash>, a frozen format). It keeps nothing secret: who
 //! wants two scenes with one hash can make them.

@@ -5,13 +5,16 @@ use crate::image::exr::{ExrFile, read_limited};
 use crate::io::contain::{check_size, contain};
 use crate::io::memory::{self, Shortage};
 use crate::{Error, Result};
-use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
 /// Decoded textures above this are refused.
 const MAX_BYTES: u64 = 1 << 30;
+
+/// So are profiles and texts above this.
+const MAX_METADATA: u64 = 64 << 20;
 
 /// The first bytes of every OpenEXR file.
 const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
@@ -36,28 +39,33 @@ fn decode(path: &Path, file: impl BufRead + Seek, length: u64) -> Result<Texels>
         error => Error::file(path, error.to_string()),
     };
     let mut reader = ImageReader::new(file).with_guessed_format().map_err(Error::io(path))?;
-    // Sizes are checked below, with messages of our own.
+    // Sizes of pictures are checked below, with messages of our own; this is for what else there is in a file.
     let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(2 * MAX_BYTES);
+    limits.max_alloc = Some(MAX_METADATA);
     reader.limits(limits);
+    let format = reader.format();
     let decoder = reader.into_decoder().map_err(fault)?;
     let (width, height) = decoder.dimensions();
     check_size(path, (width.into(), height.into()), decoder.total_bytes(), MAX_BYTES)?;
-    check_contents(path, u64::from(width) * u64::from(height), length)?;
+    check_contents(path, format, u64::from(width) * u64::from(height), length)?;
     // rows on their way through the decoder included
     memory::check(2 * decoder.total_bytes()).map_err(|shortage| too_large(path, shortage))?;
     from_picture(path, DynamicImage::from_decoder(decoder).map_err(fault)?)
 }
 
 /// Refuses sizes that a damaged header makes up.
-fn check_contents(path: &Path, pixels: u64, length: u64) -> Result<()> {
-    // PNG: a byte is 1032 of DEFLATE at most (RFC 1951), and these eight pixels each. JPEG: a bit is a block of 8 × 8
-    // pixels at most.
-    const PIXELS_PER_BYTE: u64 = 1032 * 8;
-    if pixels / PIXELS_PER_BYTE <= length {
+fn check_contents(path: &Path, format: Option<ImageFormat>, pixels: u64, length: u64) -> Result<()> {
+    let pixels_per_byte = match format {
+        // a bit is a block of 8 × 8 pixels at most
+        Some(ImageFormat::Jpeg) => 8 * 64,
+        // PNG: a byte of DEFLATE is 1032 at most (RFC 1951), and a byte of those eight pixels
+        _ => 1032 * 8,
+    };
+    let least = pixels / pixels_per_byte;
+    if least <= length {
         return Ok(());
     }
-    let (least, length) = (memory::text(pixels / PIXELS_PER_BYTE), memory::text(length));
+    let (least, length) = (memory::text(least), memory::text(length));
     Err(Error::file(path, format!("damaged: its pixels need at least {least}, and the file has {length}")))
 }
 

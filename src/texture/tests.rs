@@ -228,12 +228,32 @@ fn huge_pictures_are_refused_by_their_header() {
     let mut bytes = Vec::new();
     let cursor = std::io::Cursor::new(&mut bytes);
     RgbImage::new(1, 1).write_with_encoder(image::codecs::png::PngEncoder::new(cursor)).unwrap();
-    bytes[16..24].copy_from_slice(&[0, 0, 0x80, 0, 0, 0, 0x80, 0]);
-    let checksum = crc32(&bytes[12..29]).to_be_bytes();
-    bytes[29..33].copy_from_slice(&checksum);
-    std::fs::write(&path, bytes).unwrap();
-    let error = Texture::load(&path).unwrap_err().to_string();
+    let mut claim = |side: u16| {
+        let side = side.to_be_bytes();
+        bytes[16..24].copy_from_slice(&[[0, 0], side, [0, 0], side].concat());
+        let checksum = crc32(&bytes[12..29]).to_be_bytes();
+        bytes[29..33].copy_from_slice(&checksum);
+        std::fs::write(&path, &bytes).unwrap();
+        Texture::load(&path).unwrap_err().to_string()
+    };
+    let error = claim(0x8000);
     assert!(error.ends_with("takes 3072 MiB when decoded; at most 1024 MiB are allowed"), "{error}");
+    // as much as is allowed, and far more than such a file can hold
+    let error = claim(0x4800);
+    assert!(error.contains("huge.png: damaged: its pixels need at least 40.2 KiB, and the file has "), "{error}");
+}
+
+/// Decoders of JPEG fill up what is missing, and take seconds for it.
+#[test]
+fn small_files_of_large_jpegs_are_refused() {
+    let (_folder, path) = place_for("claim.jpg");
+    RgbImage::new(16, 16).save(&path).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    let frame = bytes.windows(2).position(|pair| pair == [0xff, 0xc0]).expect("a sequential frame");
+    bytes[frame + 5..frame + 9].copy_from_slice(&[0x20, 0, 0x20, 0]);
+    std::fs::write(&path, &bytes).unwrap();
+    let error = Texture::load(&path).unwrap_err().to_string();
+    assert!(error.contains("claim.jpg: damaged: its pixels need at least 128 KiB, and the file has "), "{error}");
 }
 
 /// The checksum of PNG chunks, bit by bit.

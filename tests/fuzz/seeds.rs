@@ -86,7 +86,7 @@ pub const TOML: [&str; 3] = [
     "[camera]\norigin = [0, 1, 5]\ntarget = [0, 1, 0]\nvfov = 40\n[film]\nwidth = 8\nheight = 6\nfilter = 'tent'\n\
      [[mesh]]\npath = 'input.obj'\nrotate = { axis = [0, 1, 0], angle = 30 }\nscale = [1, 2, 0.5]\ntranslate = [0.3, 0, 0]\n\
      material = 'Glass'\n[[mesh]]\npath = 'input.obj'\ngroup = 'tree'\n\
-     [[instance]]\ngroup = 'tree'\nto_world = [1, 0, 0, 2, 0, 1, 0, 0, 0, 0, 1, 0]\n[[instance]]\ngroup = 'tree'\n\
+     [[instance]]\ngroup = 'tree'\nmatrix = [1, 0, 0, 2, 0, 1, 0, 0, 0, 0, 1, 0]\n[[instance]]\ngroup = 'tree'\n\
      [material.Glass]\ntype = 'dielectric'\nint_ior = 1.5\next_ior = 1\nalpha = 0.1\n\
      [material.wood]\ntype = 'plastic'\nreflectance = { texture = 'a.png', scale = [4, 4], nearest = true }\nalpha = 0.05\n\
      opacity = { texture = 'a.png', channel = 'luminance' }\n\
@@ -96,7 +96,7 @@ pub const TOML: [&str; 3] = [
      [[light]]\ntype = 'directional'\ndirection = [0, -1, 0.25]\nirradiance = 3\n",
     "[film]\nwidth = 4\nheight = 4\n[[mesh]]\npath = 'input.obj'\n[material.wood]\ntype = 'principled'\nbase_color = [0.2, 0.3, 0.4]\n\
      metallic = 0.5\nroughness = 0.3\nspecular = 0.5\nclearcoat = 1\nsheen = 0.5\n\
-     [material.glow]\ntype = 'diffuse-transmitter'\nreflectance = 0.2\ntransmittance = 0.3\nopacity = 0.5\n\
+     [material.glow]\ntype = 'diffuse_transmitter'\nreflectance = 0.2\ntransmittance = 0.3\nopacity = 0.5\n\
      [[light]]\ntype = 'point'\nposition = [0, 3, 0]\nintensity = 10\n[[light]]\ntype = 'constant'\nradiance = 1\n\
      [guiding]\nmethod = 'sdtree'\nmemory = '16 MiB'\nstrata = 8\nsites = 100\n[integrator]\nmax_depth = 4\nroulette = 'none'\n\
      [render]\nspp = 1\nseed = 7\n",

@@ -227,6 +227,57 @@ fn references_of_the_scenes_are_read() {
     }
 }
 
+/// Puts other numbers into the attribute of that name and type.
+fn forge(file: &mut [u8], attribute: &str, numbers: &[i32]) {
+    let head = [attribute.as_bytes(), &(4 * numbers.len() as i32).to_le_bytes()].concat();
+    let at = file.windows(head.len()).position(|part| part == head).expect("the header has it") + head.len();
+    for (to, number) in file[at..].chunks_exact_mut(4).zip(numbers) {
+        to.copy_from_slice(&number.to_le_bytes());
+    }
+}
+
+#[test]
+fn sizes_that_a_file_cannot_hold_are_refused_before_memory_is_asked_for() {
+    let (_folder, path) = place_for("claim.exr");
+    let mut bytes = encode(&Window::full(20, 20), layers(20, 20), &metadata()).unwrap();
+    forge(&mut bytes, "dataWindow\0box2i\0", &[0, 0, 7999, 7999]);
+    forge(&mut bytes, "displayWindow\0box2i\0", &[0, 0, 7999, 7999]);
+    forge(&mut bytes, "chunkCount\0int\0", &[7999 / 16 + 1]);
+    std::fs::write(&path, &bytes).unwrap();
+    // 8 channels of 4 bytes, by the 1032 of DEFLATE
+    let error = read_layers(&path).unwrap_err().to_string();
+    assert!(error.contains("claim.exr: damaged: its pixels need at least 1.89 MiB, and the file has "), "{error}");
+}
+
+#[test]
+fn what_a_file_can_hold_at_most_is_never_less_than_what_writers_put_there() {
+    let (_folder, path) = place_for("dense.exr");
+    let pixels = 512 * 512;
+    for compression in [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP1,
+        Compression::ZIP16,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::B44,
+        Compression::B44A,
+    ] {
+        let encoding =
+            file::Encoding { compression, blocks: file::Blocks::ScanLines, line_order: LineOrder::Increasing };
+        let channels = [
+            file::AnyChannel::new("R", file::FlatSamples::F16(vec![f16::ONE; pixels])),
+            file::AnyChannel::new("G", file::FlatSamples::F32(vec![1.0; pixels])),
+            file::AnyChannel::new("B", file::FlatSamples::U32(vec![0; pixels])),
+        ];
+        let channels = file::AnyChannels::sort(channels.into_iter().collect());
+        let layer = file::Layer::new((512, 512), LayerAttributes::named("flat"), encoding, channels);
+        file::Image::from_layer(layer).write().to_file(&path).unwrap();
+        let file = read_layers(&path).unwrap_or_else(|error| panic!("{compression:?}: {error}"));
+        assert!(file.channels["G"].iter().all(|&g| g == 1.0));
+    }
+}
+
 /// Valid files of our own and of others, to be damaged.
 fn valid_files() -> Vec<Vec<u8>> {
     let (_folder, path) = place_for("valid.exr");

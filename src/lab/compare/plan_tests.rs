@@ -94,13 +94,17 @@ fn wrong_settings_of_a_method_are_named_with_their_place_in_the_file() {
 #[test]
 fn what_does_not_go_together_is_refused() {
     type Spoil = fn(&mut Draft);
-    let cases: [(Spoil, &str); 6] = [
+    let cases: [(Spoil, &str); 7] = [
         (|d| d.scenes.clear(), "no scene"),
         (|d| d.methods.clear(), "no method"),
         (|d| d.methods.push("sdtee".into()), "unknown method `sdtee`: did you mean `sdtree`?"),
         (|d| d.methods.push("none".into()), "methods need names that tell them apart, and `none` is taken"),
         (|d| d.baseline = Some("grid".into()), "the baseline `grid` is none of the methods"),
         (|d| d.budgets = vec![Budget::Seconds(1.0), Budget::Samples(4)], "needs budgets"),
+        (
+            |d| (d.runs, d.budgets) = (Some(10_000), (1..=100).map(Budget::Samples).collect()),
+            "1 scenes × 2 methods × 100 budgets × 10000 runs are more than 1000000 renders",
+        ),
     ];
     for (spoil, wanted) in cases {
         let mut draft = draft(FILE).unwrap();

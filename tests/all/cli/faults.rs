@@ -109,3 +109,26 @@ fn a_full_disk_fails_but_the_other_files_are_written() {
     assert!(phototaxis::image::exr::read_layers(&here.path().join("b.exr")).is_ok());
     assert!(image::open(here.path().join("a.png")).is_ok());
 }
+
+#[test]
+fn sizes_that_there_is_no_memory_for_are_errors_by_name() {
+    let here = folder();
+    let size = |side: &str| [format!("film.width={side}"), format!("film.height={side}")];
+    let message = |limit: &str, set: &[String]| {
+        // a shell sets the limit of address space
+        let mut shell = assert_cmd::Command::new("sh");
+        shell.current_dir(here.path()).args(["-c", &format!("ulimit -v {limit}; exec \"$0\" \"$@\"")]);
+        shell.arg(assert_cmd::cargo::cargo_bin!("phototaxis")).arg("render").arg(scene("cornell.toml"));
+        shell.args(set.iter().flat_map(|text| ["--set", text])).args(["--threads", "1", "-q"]);
+        stderr(shell.assert().code(1).get_output()).trim_end().to_string()
+    };
+    let film = message("unlimited", &size("65536"));
+    assert!(film.starts_with("error: film.width × film.height: 65536 × 65536 pixels take "), "{film}");
+    assert!(film.ends_with(" are free") && film.lines().count() == 1, "{film}");
+    // 5 GB of pixels where the process may have 3
+    let film = message("3000000", &size("5000"));
+    assert!(film.starts_with("error: film.width × film.height: 5000 × 5000 pixels take "), "{film}");
+    let guide = message("unlimited", &["guiding.memory=9000 TiB".to_string()]);
+    assert!(guide.starts_with("error: guiding.memory: tables of the guide may take 8.79 PiB, "), "{guide}");
+    assert!(names(here.path()).is_empty());
+}

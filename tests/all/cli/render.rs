@@ -194,3 +194,33 @@ fn a_library_s_missing_picture_is_a_warning() {
     let output = phototaxis(here.path()).args(arguments).args(TINY).assert().code(0).get_output().clone();
     assert!(stderr(&output).contains("nowhere.png: the picture of material `a` is missing"), "{}", stderr(&output));
 }
+
+/// The most memory that the program held while it rendered a square picture, where the system says so.
+fn peak(here: &Path, side: u32) -> Option<u64> {
+    let mut program = std::process::Command::new(assert_cmd::cargo::cargo_bin!("phototaxis"));
+    let size = [format!("film.width={side}"), format!("film.height={side}"), "integrator.max_depth=2".into()];
+    program.current_dir(here).arg("render").arg(scene("cornell.toml")).args(["-q", "--guide", "auto", "--spp", "9"]);
+    let mut running = program.args(size.iter().flat_map(|text| ["--set", text])).spawn().unwrap();
+    let status = format!("/proc/{}/status", running.id());
+    let mut peak = None;
+    while running.try_wait().unwrap().is_none() {
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB"));
+        peak = peak.max(line.map(|kib| kib.parse::<u64>().unwrap() << 10));
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    assert!(running.wait().unwrap().success());
+    peak
+}
+
+#[test]
+fn a_render_takes_the_memory_that_is_said() {
+    let here = folder();
+    let (Some(small), Some(large)) = (peak(here.path(), 400), peak(here.path(), 1000)) else {
+        eprintln!("SKIPPED: this system does not say how much memory a process held");
+        return;
+    };
+    let per_pixel = (large - small) / (1000 * 1000 - 400 * 400);
+    let said = phototaxis::film::accumulate::BYTES_PER_PIXEL;
+    assert!((said / 2..=said).contains(&per_pixel), "{per_pixel} bytes a pixel, and {said} are said");
+}

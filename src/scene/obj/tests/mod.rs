@@ -4,8 +4,9 @@ mod polygons;
 mod random;
 mod statements;
 
-use super::source::Source;
-use super::{Obj, load_in_blocks};
+use super::scan::{Census, Counts};
+use super::source::{Failure, Source};
+use super::{Obj, check_memory, load_in_blocks};
 use crate::Result;
 use crate::geometry::mesh::{Attribute, Indices};
 use std::path::{Path, PathBuf};
@@ -14,6 +15,16 @@ use std::path::{Path, PathBuf};
 fn load_text(text: impl AsRef<[u8]>, block: u64) -> Result<Obj> {
     let source = Source::memory(Path::new("test.obj"), text.as_ref().to_vec());
     load_in_blocks(&source, block)
+}
+
+#[test]
+fn counts_that_do_not_fit_into_memory_are_an_error_by_name() {
+    let (counts, triangles) = (Counts { positions: 1 << 50, ..Counts::default() }, 7);
+    let Err(Failure::Fault(fault)) = check_memory(&Census { counts, triangles, ..Census::default() }) else {
+        panic!("12 PiB are more than there is");
+    };
+    let message = fault.message;
+    assert!(message.starts_with("1125899906842624 vertices and 7 triangles take 12.0 PiB, "), "{message}");
 }
 
 /// An attribute's indices, triangle by triangle.
