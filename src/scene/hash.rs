@@ -20,7 +20,7 @@ use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 use bytemuck::NoUninit;
-use glam::{Affine3A, Vec3};
+use glam::Affine3A;
 use std::path::Path;
 
 /// Begins all that is hashed. Its version changes with what is hashed and how.

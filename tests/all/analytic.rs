@@ -218,7 +218,7 @@ fn without_light_all_is_black_and_finite() {
 fn where_no_light_is_described_a_sky_of_radiance_one_stands_in() {
     let folder = crate::common::written(&[("scene.toml", ABOVE), ("plane.obj", PLANE)]);
     let description = describe(&folder.path().join("scene.toml"), &[]);
-    let (_, warnings) = phototaxis::scene::description.load_scene(0).unwrap();
+    let (_, warnings) = description.load_scene(0).unwrap();
     assert!(warnings.iter().any(|w| w.contains("nothing emits light")), "{warnings:?}");
     let loaded = crate::common::build(&description);
     let mut settings = loaded.unguided();

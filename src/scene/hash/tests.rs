@@ -1,7 +1,7 @@
 use super::*;
-use crate::io::canon::texels;
 use crate::format;
 use crate::image::{Layer, exr};
+use crate::io::canon::texels;
 use crate::scene::Scene;
 use std::collections::BTreeMap;
 use std::path::Path;

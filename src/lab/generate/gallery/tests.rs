@@ -1,6 +1,5 @@
 use super::*;
 use crate::lab::compare::file;
-use crate::scene::Scene;
 use std::collections::BTreeSet;
 
 fn committed() -> PathBuf {
