@@ -81,7 +81,8 @@ impl Platform {
     /// # Errors
     /// As [`Device::new`].
     pub fn here() -> Result<Platform> {
-        Ok(Platform::of(&*Device::new(1)?))
+        let device = Device::new(1)?;
+        Ok(Platform::of(&device))
     }
 
     /// This program here, with one Embree device.
@@ -132,7 +133,7 @@ mod tests {
     #[test]
     fn what_embree_uses_is_what_it_was_held_to() {
         for isa in Isa::available() {
-            let platform = Platform::of(&*Device::held_to(Some(isa), 1).unwrap());
+            let platform = Platform::of(&Device::held_to(Some(isa), 1).unwrap());
             assert_eq!(platform.embree_isa, isa.name());
             assert_eq!(platform.embree_packets_of_16, isa == Isa::Avx512);
             assert!(platform.summary().ends_with(&format!("with {}", isa.name())));

@@ -101,7 +101,8 @@ fn lanes_without_a_ray_are_left_alone_at_every_instruction_set() {
             let (mut hits, mut shadows) = (<HitBatch>::with_capacity(0), <ShadowBatch>::with_capacity(0));
             for len in 1..=32 {
                 for chosen in [vec![u16::MAX; 3], spread_over_packets(len)] {
-                    (hits.clear(), shadows.clear());
+                    hits.clear();
+                    shadows.clear();
                     let expected = pack(&rays, &chosen, &mut hits, &mut shadows);
                     hits.trace(&scene, coherence);
                     shadows.trace(&scene, coherence);
