@@ -24,6 +24,8 @@
 //!    iteration is an unbiased estimate. Learning takes `&mut self` between rounds, and changes no snapshot.
 //! 3. The same scene, seed and sample budget give the same image, bit for bit, with any number of threads: what the
 //!    tiles learnt is folded in the order of tiles.
+//!    A signal or the clock may cut a render in the middle of a pass. Which samples it then lacks is decided by where they
+//!    are, not by their values (but see [`integrator::stop`]), and each pixel counts its own.
 //! 4. A guide may change the noise, never the answer.
 //! 5. Scaling all emission scales the image and changes nothing else: no absolute floor or epsilon in the guide.
 //!

@@ -219,7 +219,7 @@ fn make_pipe(path: &Path) {
 
 /// The program, for which no signal is ignored: a shell without job control has what it runs in the background ignore SIGINT.
 fn program() -> Command {
-    let all = 1 << (1 - 1) | 1 << (2 - 1) | 1 << (15 - 1);
+    let all = 1 | 1 << (2 - 1) | 1 << (15 - 1);
     let program = assert_cmd::cargo::cargo_bin!("phototaxis");
     if signals(std::process::id(), "SigIgn:") & all == 0 {
         return Command::new(program);
