@@ -47,7 +47,7 @@ pub struct RenderArguments {
     /// Begins with what an earlier render of this scene learnt, whatever its camera.
     #[arg(long, value_name = "FILE")]
     guide_in: Option<PathBuf>,
-    /// Writes what was learnt, also on Ctrl-C; the last iteration then learns too.
+    /// Writes what was learnt, also when a signal stops the render; the last iteration then learns too.
     #[arg(long, value_name = "FILE")]
     guide_out: Option<PathBuf>,
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.

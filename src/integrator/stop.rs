@@ -10,7 +10,8 @@ pub const GRACE: Duration = Duration::from_secs(1);
 
 /// A wish to end a render, which any thread may state while the render runs: once, or a second time with more force.
 ///
-/// It decides which samples are taken, and never by their values, so that a picture of fewer samples is as unbiased.
+/// It decides which samples are taken by their place in the order of tasks and not by their values, so that a picture of fewer
+/// samples is as unbiased. The exception are tasks that are given up, at most one for each thread, and more likely a long one.
 #[derive(Debug, Default)]
 pub struct Stop {
     asked: OnceLock<Instant>,

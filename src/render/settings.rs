@@ -7,7 +7,8 @@ use crate::film::Combine;
 pub struct RenderSettings {
     /// Samples per pixel over all iterations.
     pub spp: u32,
-    /// Seconds after loading; rendering stops at whichever of `spp` and `time` comes first.
+    /// Seconds after loading; rendering stops at whichever of `spp` and `time` comes first, but not before every pixel has a
+    /// sample.
     pub time: Option<f64>,
     pub seed: u64,
     pub combine: Combine,

@@ -1,12 +1,12 @@
 //! Renders that end by the clock or by a signal.
 
-use super::{TINY, folder, names, phototaxis, program, scene};
-use phototaxis::image::exr::{ExrFile, read_layers};
 use serde_json::Value;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
+use super::{TINY, folder, names, phototaxis, program, scene};
+use phototaxis::image::exr::{ExrFile, read_layers};
 
 #[test]
 fn time_ends_a_render() {
@@ -219,7 +219,7 @@ fn make_pipe(path: &Path) {
 
 /// The program, for which no signal is ignored: a shell without job control has what it runs in the background ignore SIGINT.
 fn listening_program() -> Command {
-    let all = 1 << (1 - 1) | 1 << (2 - 1) | 1 << (15 - 1);
+    let all = 1 | 1 << (2 - 1) | 1 << (15 - 1);
     let program = program();
     if signals(std::process::id(), "SigIgn:") & all == 0 {
         return Command::new(program);
