@@ -4,6 +4,7 @@ pub mod frame;
 pub mod interaction;
 pub mod mesh;
 pub mod placement;
+pub mod rounding;
 pub mod surfaces;
 
 pub use frame::Frame;

@@ -18,7 +18,7 @@ pub struct Surfaces<'a> {
     normals: [Vec3Lanes; 3],
     winding: Vec3Lanes,
     weights: [Lanes; 2],
-    reach: Lanes,
+    slack: Lanes,
     wo: Vec3Lanes,
     uv: [Lanes; 2],
     material: [u32; LANES],
@@ -42,7 +42,7 @@ impl<'a> Surfaces<'a> {
             normals: [Vec3Lanes::ZERO; 3],
             winding: Vec3Lanes::ZERO,
             weights: [[0.0; LANES]; 2],
-            reach: [0.0; LANES],
+            slack: [0.0; LANES],
             wo: Vec3Lanes::ZERO,
             uv: [[0.0; LANES]; 2],
             material: [0; LANES],
@@ -79,7 +79,7 @@ impl<'a> Surfaces<'a> {
         self.unread[k] = Some(mesh);
         self.primitive[k] = primitive;
         self.triangle[k] = mesh.triangles[primitive as usize];
-        self.reach[k] = 0.0;
+        self.slack[k] = 0.0;
     }
 
     /// Ray `k` met this triangle of an instance of `mesh`.
@@ -92,7 +92,7 @@ impl<'a> Surfaces<'a> {
             self.normals[c].set(k, facet.normals[c]);
         }
         self.winding.set(k, facet.winding);
-        self.reach[k] = facet.reach;
+        self.slack[k] = facet.slack;
         self.read_attributes(k, mesh, hit.primitive as usize, hit.u, hit.v);
     }
 
@@ -130,7 +130,7 @@ impl<'a> Surfaces<'a> {
                 normals: [self.normals[0].get(k), self.normals[1].get(k), self.normals[2].get(k)],
                 winding: self.winding.get(k),
                 weights: [self.weights[0][k], self.weights[1][k]],
-                reach: self.reach[k],
+                slack: self.slack[k],
                 wo: self.wo.get(k),
             };
             let point = facet.point();

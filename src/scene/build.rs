@@ -36,7 +36,7 @@ impl Build<'_> {
             let placement = Placement::new(instance.transform);
             // Nothing is seen of a group without triangles.
             let Some((low, high)) = shared[group].bounds() else { continue };
-            check_reach(placement.reach(low.abs().max(high.abs())), &instance.group)?;
+            check_reach(placement.reach(low.abs().max(high.abs())).max_element(), &instance.group)?;
             world.add_instance(Instance { scene: shared[group].clone(), to_world: instance.transform })?;
             instances.push(group, placement)?;
         }

@@ -6,9 +6,9 @@ use super::description::{
     SceneDescription,
 };
 use super::instances::Instances;
-use super::material::Material;
+use super::material::{Material, emitter_opacity};
 use super::obj;
-use super::texture::TextureCache;
+use super::texture::{Texture, TextureCache};
 use super::{Camera, Scene};
 use crate::bsdf::CoatTables;
 use crate::embree::Device;
@@ -63,7 +63,8 @@ impl Scene {
         let build_seconds = start.elapsed().as_secs_f64();
 
         let bounds = geometry.bounds().ok_or_else(|| Error::Scene("the scene has no extent".into()))?;
-        let lights = lights(description, &meshes, &instances, &resolved, bounds, &mut warnings)?;
+        let surfaces = Surfaces { meshes: &meshes, instances: &instances, materials: &resolved, textures: &textures };
+        let lights = lights(description, &surfaces, bounds, &mut warnings)?;
         let camera = description.camera.clone().unwrap_or_else(|| Camera::for_bounds(bounds.0, bounds.1));
         let film = &description.film;
         let content_hash = content_hash(description, &meshes, &instances, &materials);
@@ -184,17 +185,23 @@ fn transform(mesh: &mut Mesh, placement: &Placement) {
     }
 }
 
+/// All surfaces of a scene and what they are made of.
+struct Surfaces<'a> {
+    meshes: &'a [Arc<Mesh>],
+    instances: &'a Instances,
+    materials: &'a Arc<Vec<Material>>,
+    textures: &'a Arc<Vec<Texture>>,
+}
+
 fn lights(
     description: &SceneDescription,
-    meshes: &[Arc<Mesh>],
-    instances: &Instances,
-    materials: &[Material],
+    surfaces: &Surfaces,
     bounds: (Vec3, Vec3),
     warnings: &mut Vec<String>,
 ) -> Result<Lights> {
-    let own = (0..).zip(meshes).flat_map(|(k, mesh)| emitters(k, mesh, materials, |t| mesh.corners(t)));
-    let placed = instances.surfaces();
-    let placed = placed.flat_map(|(k, mesh, place)| emitters(k, mesh, materials, |t| place.facet(mesh, t)));
+    let own = (0..).zip(surfaces.meshes).flat_map(|(k, mesh)| surfaces.emitters(k, mesh, None));
+    let placed = surfaces.instances.surfaces();
+    let placed = placed.flat_map(|(k, mesh, place)| surfaces.emitters(k, mesh, Some(place)));
     let emissive: Vec<EmissiveTriangle> = own.chain(placed).collect();
     let mut others = description.lights.iter().map(|light| far_light(light, warnings)).collect::<Result<Vec<_>>>()?;
     if emissive.is_empty() && others.is_empty() {
@@ -204,25 +211,35 @@ fn lights(
     Lights::build(&emissive, others, 0.5 * (bounds.1 - bounds.0).length())
 }
 
-/// The triangles of surface `k` that emit; `corners` are in world space.
-fn emitters<'a>(
-    k: u32,
-    mesh: &'a Mesh,
-    materials: &'a [Material],
-    corners: impl Fn(usize) -> [Vec3; 3] + 'a,
-) -> impl Iterator<Item = EmissiveTriangle> + 'a {
-    let emits = materials.iter().any(|m| m.emits());
-    let candidates = if emits { &mesh.materials[..] } else { &[] };
-    candidates.iter().enumerate().filter(|(_, m)| materials[**m as usize].emits()).map(move |(triangle, m)| {
-        let material = &materials[*m as usize];
-        EmissiveTriangle {
-            mesh: k,
-            triangle: triangle as u32,
-            corners: corners(triangle),
-            radiance: material.emission(true),
-            two_sided: material.emission_two_sided(),
-        }
-    })
+impl<'a> Surfaces<'a> {
+    /// The triangles of surface `k` that emit, in world space; `place`: of an instance of the mesh.
+    fn emitters(
+        &self,
+        k: u32,
+        mesh: &'a Arc<Mesh>,
+        place: Option<&'a Placement>,
+    ) -> impl Iterator<Item = EmissiveTriangle> + use<'a> {
+        let (materials, textures) = (self.materials, self.textures);
+        let emits = materials.iter().any(|m| m.emits());
+        let candidates = if emits { &mesh.materials[..] } else { &[] };
+        let mirrored = place.is_some_and(|place| place.mirrored());
+        let mut varying = None;
+        candidates.iter().enumerate().filter(|(_, m)| materials[**m as usize].emits()).map(move |(triangle, m)| {
+            let material = &materials[*m as usize];
+            let constant = material.constant_opacity(textures);
+            let mut map =
+                || varying.get_or_insert_with(|| emitter_opacity(mesh, materials, textures, mirrored)).clone();
+            EmissiveTriangle {
+                mesh: k,
+                triangle: triangle as u32,
+                corners: place.map_or_else(|| mesh.corners(triangle), |place| place.facet(mesh, triangle)),
+                radiance: material.emission(true) * constant.unwrap_or(1.0),
+                two_sided: material.emission_two_sided(),
+                opacity: constant.is_none().then(&mut map),
+                slack: place.map_or(0.0, |place| place.slack_of(mesh, triangle)),
+            }
+        })
+    }
 }
 
 fn far_light(light: &LightDescription, warnings: &mut Vec<String>) -> Result<Light> {

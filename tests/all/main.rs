@@ -7,6 +7,7 @@ mod common;
 mod convergence;
 mod determinism;
 mod instances;
+mod masked;
 mod paper;
 mod persistence;
 mod references;
