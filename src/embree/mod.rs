@@ -26,7 +26,7 @@ mod sys {
 
 pub use batch::{HitBatch, ShadowBatch};
 pub use device::Device;
-pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest};
+pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest, SMALLEST_EXTENT};
 pub use packet::{Hit, HitPacket, HitRows, NOTHING, Packet8, Packet16, Ray, RayRows, Shadow8, Shadow16, ShadowPacket};
 pub use packing::{Number, Packing};
 pub use scene::{Coherence, Scene, SceneBuilder};

@@ -11,7 +11,7 @@ use super::obj;
 use super::texture::{Texture, TextureCache};
 use super::{Camera, Scene};
 use crate::bsdf::CoatTables;
-use crate::embree::Device;
+use crate::embree::{Device, LARGEST_COORDINATE};
 use crate::film::exr::read_rgb;
 use crate::geometry::{Indices, Mesh, Placement};
 use crate::light::{EmissiveTriangle, Environment, Light, Lights};
@@ -107,6 +107,7 @@ impl Gathered {
         let mut mesh = loaded.mesh;
         mesh.materials.iter_mut().for_each(|m| *m = numbers[*m as usize]);
         transform(&mut mesh, &Placement::new(place.transform));
+        check_positions(&mesh, place)?;
         // Embree reads a vertex with 16 bytes, four more than the last one has.
         mesh.positions.reserve_exact(1);
         self.meshes.push(mesh);
@@ -163,6 +164,19 @@ fn without_missing_pictures(
         material.opacity = None;
     }
     material
+}
+
+/// That the transform has not carried the mesh beyond what can be traced; what its own file says is within it.
+fn check_positions(mesh: &Mesh, place: &MeshDescription) -> Result<()> {
+    let traced = |p: &[f32; 3]| p.iter().all(|x| x.abs() <= LARGEST_COORDINATE);
+    if mesh.positions.par_iter().all(traced) {
+        return Ok(());
+    }
+    let message = "this transform carries the mesh beyond coordinates of 1e12";
+    Err(match &place.location {
+        Some(location) => location.error(message),
+        None => Error::file(&place.path, message),
+    })
 }
 
 /// Moves a mesh into place. A mirroring turns the corners' order round, so that the winding keeps its meaning.

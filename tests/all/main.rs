@@ -6,6 +6,7 @@ mod cli;
 mod common;
 mod convergence;
 mod determinism;
+mod extremes;
 mod instances;
 mod masked;
 mod paper;

@@ -3,12 +3,12 @@
 use super::EmbreePlan;
 use crate::film::atomic::write_atomically;
 use crate::scene::description::{
-    CameraDescription, Filter, GuidingMethod, GuidingSettings, IntegratorSettings, LightDescription, MeshDescription,
-    RenderSettings, Roulette, SceneDescription,
+    CameraDescription, Filter, GuidingMethod, GuidingSettings, IntegratorSettings, LightDescription, RenderSettings,
+    Roulette, SceneDescription,
 };
 use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
-use glam::{Affine3A, Vec3};
+use glam::Vec3;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -76,7 +76,7 @@ fn stand_in(
         // the program has no mirrored view; turning it changes no ray's cost
         camera: Some(CameraDescription { mirrored: false, ..camera }),
         film,
-        meshes: vec![MeshDescription { path: model, transform: Affine3A::IDENTITY, material: None, group: None }],
+        meshes: vec![crate::scene::file::whole_file(&model)],
         lights: vec![LightDescription::Point { position: light.position, intensity: light.intensity }],
         integrator: IntegratorSettings { max_depth: plan.depth, roulette: Roulette::None, ..Default::default() },
         guiding: GuidingSettings { method: GuidingMethod::None, ..Default::default() },

@@ -22,7 +22,10 @@ mod reference_page;
 #[cfg(test)]
 mod tests;
 
-use super::description::{DirectionTable, GuidingMethod, MeshDescription, Order, Roulette, SceneDescription, Updates};
+use super::description::{
+    DirectionTable, GuidingMethod, InstanceDescription, MeshDescription, Order, Roulette, SceneDescription,
+    SourceLocation, Updates,
+};
 use super::interchange;
 use crate::{Error, Result};
 use glam::Affine3A;
@@ -64,7 +67,7 @@ pub fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<(SceneDesc
     let source = Source { path, text, overrides: &[] };
     let mut scene = SceneDescription::default();
     tree::from_toml(text, &At::Text)
-        .and_then(|root| whole(root, source.folder(), &mut scene))
+        .and_then(|root| whole(root, &source, &mut scene))
         .map_err(|fault| source.error(fault))?;
     apply_overrides(&mut scene, path, overrides)?;
     let nothing = "the scene has no [[mesh]]: only its background will be seen";
@@ -81,22 +84,27 @@ fn groups_without_instance(scene: &SceneDescription) -> Vec<String> {
 }
 
 /// A mesh as it is in its file.
-pub(super) fn whole_file(path: &Path) -> MeshDescription {
-    MeshDescription { path: path.to_path_buf(), transform: Affine3A::IDENTITY, material: None, group: None }
+pub(crate) fn whole_file(path: &Path) -> MeshDescription {
+    let path = path.to_path_buf();
+    MeshDescription { path, transform: Affine3A::IDENTITY, material: None, group: None, location: None }
 }
 
 /// A whole file's tree.
-fn whole(root: Node, base: &Path, scene: &mut SceneDescription) -> Result<(), Fault> {
+fn whole(root: Node, source: &Source, scene: &mut SceneDescription) -> Result<(), Fault> {
+    let base = source.folder();
     let mut root = Reader::new("the scene file", root)?;
     sections(&mut root, base, scene)?;
     for node in root.take("mesh").map_or(Ok(vec![]), |n| n.tables("mesh"))? {
         let mut t = Reader::new("[[mesh]]", node)?;
-        scene.meshes.push(world::mesh(&mut t, base)?);
+        let mesh = world::mesh(&mut t, base)?;
+        scene.meshes.push(MeshDescription { location: source.location(world::transform_at(&t)), ..mesh });
         t.finish()?;
     }
     for node in root.take("instance").map_or(Ok(vec![]), |n| n.tables("instance"))? {
         let mut t = Reader::new("[[instance]]", node)?;
-        scene.instances.push(world::instance(&mut t, &scene.meshes)?);
+        let instance = world::instance(&mut t, &scene.meshes)?;
+        let location = source.location(world::transform_at(&t));
+        scene.instances.push(InstanceDescription { location, ..instance });
         t.finish()?;
     }
     for node in root.take("light").map_or(Ok(vec![]), |n| n.tables("light"))? {
@@ -177,6 +185,13 @@ impl Source<'_> {
     /// What paths in the file are relative to.
     pub fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// The place in the file; `None` for what `--set` says.
+    pub fn location(&self, at: At) -> Option<SourceLocation> {
+        let At::Text(offset) = at else { return None };
+        let (line, column) = line_and_column(self.text.as_bytes(), offset);
+        Some(SourceLocation { path: self.path.to_path_buf(), line, column })
     }
 
     pub fn error(&self, fault: Fault) -> Error {

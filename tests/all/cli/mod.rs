@@ -9,6 +9,7 @@ mod guides;
 mod paper;
 mod render;
 mod stopping;
+mod transforms;
 
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};
