@@ -6,8 +6,14 @@ use glam::Affine3A;
 use std::ffi::c_void;
 use std::sync::Arc;
 
-/// Embree drops triangles with a coordinate beyond this (`FLT_LARGE` in its sources) without a word.
-pub const LARGEST_COORDINATE: f32 = 1.844e18;
+/// No coordinate is larger, be it of a triangle or of a ray's origin. Embree multiplies two edges and a distance: where
+/// these are 2·10¹² each, the sum of the six products is 5·10³⁷, and twice that (its robust test) is within an `f32`.
+/// Squares of coordinates and sums of these are as well. (Embree itself only drops what is beyond 1.8·10¹⁸.)
+pub const LARGEST_COORDINATE: f32 = 1e12;
+
+/// What is traced is no smaller, in its largest extent. The same products of edges a hundred times shorter are then 10⁻³⁴
+/// or more, where an `f32` still has all of its digits (down to 10⁻³⁸).
+pub const SMALLEST_EXTENT: f32 = 1e-10;
 
 /// Decides, hit by hit, whether a ray goes on: `true` where triangle `primitive` is seen through at the barycentric
 /// weights `(u, v)`. Called from inside traversal, on any thread; it must depend on nothing but its arguments,

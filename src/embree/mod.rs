@@ -28,7 +28,7 @@ mod sys {
 
 pub use batch::{HitBatch, ShadowBatch};
 pub use device::Device;
-pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest};
+pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest, SMALLEST_EXTENT};
 pub use isa::{ISA_VARIABLE, Isa};
 pub use packet::{HitPacket, Packet8, Packet16, Shadow8, Shadow16, ShadowPacket};
 pub use scene::{Coherence, Scene, SceneBuilder, Triangles};

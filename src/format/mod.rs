@@ -9,6 +9,9 @@ mod sections;
 mod tests;
 mod toml;
 
+#[cfg(feature = "lab")]
+pub(crate) use model::whole_file;
+
 use crate::embree::Device;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
 use crate::integrator::{IntegratorSettings, Roulette};

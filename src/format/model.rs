@@ -12,6 +12,7 @@ pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
 }
 
 /// A mesh as it is in its file.
-pub(super) fn whole_file(path: &Path) -> MeshDescription {
-    MeshDescription { path: path.to_path_buf(), transform: Affine3A::IDENTITY, material: None, group: None }
+pub(crate) fn whole_file(path: &Path) -> MeshDescription {
+    let path = path.to_path_buf();
+    MeshDescription { path, transform: Affine3A::IDENTITY, material: None, group: None, location: None }
 }

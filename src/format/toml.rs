@@ -4,7 +4,7 @@ use super::SceneFile;
 use super::document::{At, Fault, Node, Reader, Source, from_toml, read_text};
 use super::sections::{self, world};
 use crate::Result;
-use crate::scene::description::SceneDescription;
+use crate::scene::description::{InstanceDescription, MeshDescription, SceneDescription};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -16,9 +16,7 @@ pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
 pub(super) fn parse(text: &str, path: &Path) -> Result<(SceneFile, Vec<String>)> {
     let source = Source { path, text, overrides: &[] };
     let mut file = SceneFile::default();
-    from_toml(text, &At::Text)
-        .and_then(|root| whole(root, source.folder(), &mut file))
-        .map_err(|fault| source.error(fault))?;
+    from_toml(text, &At::Text).and_then(|root| whole(root, &source, &mut file)).map_err(|fault| source.error(fault))?;
     let nothing = "the scene has no [[mesh]]: only its background will be seen";
     let empty = file.scene.meshes.is_empty().then(|| nothing.to_string());
     let warnings = empty.into_iter().chain(groups_without_instance(&file.scene)).collect();
@@ -33,18 +31,22 @@ fn groups_without_instance(scene: &SceneDescription) -> Vec<String> {
 }
 
 /// A whole file's tree.
-fn whole(root: Node, base: &Path, file: &mut SceneFile) -> Result<(), Fault> {
+fn whole(root: Node, source: &Source, file: &mut SceneFile) -> Result<(), Fault> {
+    let base = source.folder();
     let mut root = Reader::new("the scene file", root)?;
     sections::read(&mut root, base, file)?;
     let scene = &mut file.scene;
     for node in root.take("mesh").map_or(Ok(vec![]), |n| n.tables("mesh"))? {
         let mut t = Reader::new("[[mesh]]", node)?;
-        scene.meshes.push(world::mesh(&mut t, base)?);
+        let mesh = world::mesh(&mut t, base)?;
+        scene.meshes.push(MeshDescription { location: source.location(world::transform_at(&t)), ..mesh });
         t.finish()?;
     }
     for node in root.take("instance").map_or(Ok(vec![]), |n| n.tables("instance"))? {
         let mut t = Reader::new("[[instance]]", node)?;
-        scene.instances.push(world::instance(&mut t, &scene.meshes)?);
+        let instance = world::instance(&mut t, &scene.meshes)?;
+        let location = source.location(world::transform_at(&t));
+        scene.instances.push(InstanceDescription { location, ..instance });
         t.finish()?;
     }
     for node in root.take("light").map_or(Ok(vec![]), |n| n.tables("light"))? {

@@ -1,5 +1,6 @@
 //! What is known of the point where a ray met a surface.
 
+use super::rounding::{across, unit};
 use super::{Mesh, Placement};
 use crate::geometry::Hit;
 use crate::math::Frame;
@@ -18,13 +19,11 @@ pub struct SurfaceInteraction {
     pub front: bool,
     pub uv: [f32; 2],
     pub material: u32,
-    /// How far rays start from the surface: more than `p` can be wrong by rounding.
+    /// How far rays start from the surface: as far as rounding may put `p` and the surface apart ([`rounding`]).
+    ///
+    /// [`rounding`]: super::rounding
     pub(super) offset: f32,
 }
-
-/// Rounding of the interpolated point and of Embree's test, relative to the largest coordinate of the triangle:
-/// some ten operations of half an ulp each, with a margin for grazing rays.
-const RELATIVE_OFFSET: f32 = 1.0 / (1 << 16) as f32;
 
 impl SurfaceInteraction {
     /// The point of `hit` on `mesh`, met by a ray that leaves towards `wo`.
@@ -66,12 +65,12 @@ pub(super) struct Facet {
     pub corners: [Vec3; 3],
     /// Of the corners; zero where there are none.
     pub normals: [Vec3; 3],
-    /// By the winding in the mesh, of any length.
+    /// By the winding in the mesh, as long as the cross product of two edges.
     pub winding: Vec3,
     /// Barycentric weights of the second and third corner.
     pub weights: [f32; 2],
-    /// What the rounding of its points is relative to, where that is more than the largest coordinate of the corners.
-    pub reach: f32,
+    /// How much further than by the rounding of its points they and the triangle may be apart.
+    pub slack: f32,
     /// Unit, to where the ray came from.
     pub wo: Vec3,
 }
@@ -90,32 +89,31 @@ impl Facet {
     fn of(mesh: &Mesh, hit: &Hit, wo: Vec3) -> Facet {
         let corners = mesh.corners(hit.primitive as usize);
         let normals = corner_normals(mesh, hit.primitive as usize).unwrap_or_default();
-        Facet { corners, normals, winding: hit.ng, weights: [hit.u, hit.v], reach: 0.0, wo }
+        Facet { corners, normals, winding: hit.ng, weights: [hit.u, hit.v], slack: 0.0, wo }
     }
 
     pub fn placed(mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) -> Facet {
         let own = mesh.corners(hit.primitive as usize);
         let corners = own.map(|p| placement.point(p));
         let normals = corner_normals(mesh, hit.primitive as usize).map(|normals| normals.map(|n| placement.normal(n)));
-        let reach = placement.reach(extent(own));
-        let winding = placement.normal(hit.ng);
-        Facet { corners, normals: normals.unwrap_or_default(), winding, weights: [hit.u, hit.v], reach, wo }
+        let n = placement.normal(hit.ng);
+        let [a, b, c] = corners;
+        let (_, per_length) = unit((b - a).cross(c - a));
+        let (winding, slack) = (if per_length > 0.0 { n / per_length } else { n }, placement.slack(own, n));
+        Facet { corners, normals: normals.unwrap_or_default(), winding, weights: [hit.u, hit.v], slack, wo }
     }
 
     /// Without a jump, so that a loop over many runs in vectors.
     #[inline(always)]
     pub fn point(&self) -> Point {
-        let Facet { corners: [a, b, c], normals, winding, weights: [u, v], reach, wo } = *self;
-        let w = 1.0 - u - v;
-        let winding = normalize_or(winding, Vec3::ZERO);
-        let (ng, ns) = shading(normals, [w, u, v], winding, wo);
-        Point {
-            p: a * w + b * u + c * v,
-            ng,
-            frame: Frame::from_normal(ns),
-            facing: winding.dot(wo),
-            offset: extent([a, b, c]).max_element().max(reach) * RELATIVE_OFFSET,
-        }
+        let Facet { corners: [a, b, c], normals, winding, weights: [u, v], slack, wo } = *self;
+        let edges = [b - a, c - a];
+        let (along_b, along_c) = (edges[0] * u, edges[1] * v);
+        let p = a + (along_b + along_c);
+        let (winding, per_length) = unit(winding);
+        let (ng, ns) = shading(normals, [1.0 - u - v, u, v], winding, wo);
+        let offset = across(edges, p, along_b.abs() + along_c.abs(), ng, per_length) + slack;
+        Point { p, ng, frame: Frame::from_normal(ns), facing: winding.dot(wo), offset }
     }
 }
 
@@ -126,11 +124,6 @@ impl Point {
         let (uv, material) = (mesh.uv(triangle, hit.u, hit.v), mesh.materials[triangle]);
         SurfaceInteraction { p, ng, frame, front: facing > 0.0, uv, material, offset }
     }
-}
-
-#[inline(always)]
-fn extent([a, b, c]: [Vec3; 3]) -> Vec3 {
-    a.abs().max(b.abs()).max(c.abs())
 }
 
 #[inline(always)]

@@ -4,6 +4,7 @@ pub mod interaction;
 pub mod mesh;
 pub mod placement;
 pub mod ray;
+pub mod rounding;
 pub mod surfaces;
 
 pub use interaction::SurfaceInteraction;

@@ -19,7 +19,7 @@ pub struct Surfaces<'a> {
     normals: [Vec3Lanes; 3],
     winding: Vec3Lanes,
     weights: [Lanes; 2],
-    reach: Lanes,
+    slack: Lanes,
     wo: Vec3Lanes,
     uv: [Lanes; 2],
     material: [u32; LANES],
@@ -43,7 +43,7 @@ impl<'a> Surfaces<'a> {
             normals: [Vec3Lanes::ZERO; 3],
             winding: Vec3Lanes::ZERO,
             weights: [[0.0; LANES]; 2],
-            reach: [0.0; LANES],
+            slack: [0.0; LANES],
             wo: Vec3Lanes::ZERO,
             uv: [[0.0; LANES]; 2],
             material: [0; LANES],
@@ -80,7 +80,7 @@ impl<'a> Surfaces<'a> {
         self.unread[k] = Some(mesh);
         self.primitive[k] = primitive;
         self.triangle[k] = mesh.triangles[primitive as usize];
-        self.reach[k] = 0.0;
+        self.slack[k] = 0.0;
     }
 
     /// Ray `k` met this triangle of an instance of `mesh`.
@@ -93,7 +93,7 @@ impl<'a> Surfaces<'a> {
             self.normals[c].set(k, facet.normals[c]);
         }
         self.winding.set(k, facet.winding);
-        self.reach[k] = facet.reach;
+        self.slack[k] = facet.slack;
         self.read_attributes(k, mesh, hit.primitive as usize, hit.u, hit.v);
     }
 
@@ -131,7 +131,7 @@ impl<'a> Surfaces<'a> {
                 normals: [self.normals[0].get(k), self.normals[1].get(k), self.normals[2].get(k)],
                 winding: self.winding.get(k),
                 weights: [self.weights[0][k], self.weights[1][k]],
-                reach: self.reach[k],
+                slack: self.slack[k],
                 wo: self.wo.get(k),
             };
             let point = facet.point();

@@ -1,8 +1,9 @@
 //! All lights of a scene, and the one sampler over them.
 
 use super::choice::PowerChoice;
+use super::opacity::TriangleOpacity;
 use super::triangle::{AreaLight, EmissiveTriangle, View};
-use super::{Light, LightSample, wide_luminance};
+use super::{Light, LightPoint, LightSample, Rounding, wide_luminance};
 use crate::math::{Rgb, warp};
 use crate::simd::LANES;
 use crate::{Error, Result};
@@ -13,7 +14,7 @@ use std::f64::consts::PI;
 /// All lights of a scene.
 ///
 /// A light is chosen with probability proportional to the luminance of its power in watts: L·π·A for each emitting side
-/// of a triangle; 4π·I for a point; and what reaches a scene whose bounding sphere has the radius R, πR²·∫L dω for the
+/// of a triangle, times its mean opacity; 4π·I for a point; and what reaches a scene whose bounding sphere has the radius R, πR²·∫L dω for the
 /// surroundings (4π²R²·L where constant) and πR²·E for a directional light. Only ratios matter, so a common factor on
 /// all emission changes nothing. Distance and orientation are ignored: far lights get as many samples as near ones.
 #[derive(Clone, Debug)]
@@ -21,6 +22,8 @@ pub struct Lights {
     /// Indices of the choice: first the triangles, then `others`.
     triangles: Vec<AreaLight>,
     others: Vec<Light>,
+    /// By triangle, where the opacity varies over it; empty where that of no light does.
+    opacities: Vec<Option<TriangleOpacity>>,
     /// Light by (mesh, triangle).
     ids: FxHashMap<(u32, u32), u32>,
     choice: PowerChoice,
@@ -36,7 +39,7 @@ impl Lights {
         }
         let others = others.into_iter().map(Light::checked).collect::<Result<Vec<_>>>()?;
         let mut ids = FxHashMap::default();
-        let (mut lights, mut areas) = (Vec::new(), Vec::new());
+        let (mut lights, mut areas, mut opacities) = (Vec::new(), Vec::new(), Vec::new());
         for t in triangles {
             let Some((light, area)) = AreaLight::new(t)? else { continue };
             if ids.insert((t.mesh, t.triangle), lights.len() as u32).is_some() {
@@ -46,15 +49,20 @@ impl Lights {
             }
             lights.push(light);
             areas.push(area);
+            opacities.push(t.opacity.as_ref().map(|map| TriangleOpacity::new(map, t.triangle)));
         }
         let section = PI * (scene_radius as f64).powi(2);
         let far = others.iter().map(|light| power(light, section));
-        let near = lights.iter().zip(&areas).map(|(light, &area)| light.power(area));
+        let mean = |k: usize| opacities[k].as_ref().map_or(1.0, TriangleOpacity::mean);
+        let near = lights.iter().zip(&areas).enumerate().map(|(k, (light, &area))| light.power(area) * mean(k));
         let choice = PowerChoice::new(&near.chain(far).collect::<Vec<_>>());
         for (k, (light, area)) in lights.iter_mut().zip(areas).enumerate() {
             light.choose(choice.pmf(k), area);
         }
-        Ok(Lights { triangles: lights, others, ids, choice })
+        if opacities.iter().all(Option::is_none) {
+            opacities = Vec::new();
+        }
+        Ok(Lights { triangles: lights, others, opacities, ids, choice })
     }
 
     /// Whether there is nothing to sample.
@@ -89,6 +97,18 @@ impl Lights {
     #[inline]
     pub(super) fn triangle(&self, index: usize) -> Option<&AreaLight> {
         self.triangles.get(index)
+    }
+
+    /// Whether the opacity of any light varies.
+    #[inline]
+    pub(super) fn has_opacities(&self) -> bool {
+        !self.opacities.is_empty()
+    }
+
+    /// By what the emission of the triangle `index` is multiplied at the point that it draws with `u`.
+    pub(super) fn opacity(&self, index: usize, u: [f32; 2]) -> f32 {
+        let varying = self.opacities.get(index).and_then(Option::as_ref);
+        varying.map_or(1.0, |opacity| opacity.at(u))
     }
 
     /// [`Self::sample`] where the choice has fallen on a light that is no triangle.
@@ -158,7 +178,8 @@ impl Lights {
     fn sample_triangle(&self, index: usize, p: Vec3, u: [f32; 2]) -> LightSample {
         let light = &self.triangles[index];
         let View { surface, wi, distance, pdf } = light.sample_from(p, u);
-        LightSample { wi, distance, radiance: light.emitted(), pdf, delta: false, surface: Some(surface) }
+        let radiance = light.emitted() * self.opacity(index, u);
+        LightSample { wi, distance, radiance, pdf, delta: false, target: Some(surface) }
     }
 }
 
@@ -181,11 +202,12 @@ fn power(light: &Light, section: f64) -> f64 {
 fn sample_point(p: Vec3, position: Vec3, intensity: Rgb, pmf: f32) -> Option<LightSample> {
     let (wi, distance) = unit_and_length(position - p)?;
     let radiance = intensity / distance / distance;
-    Some(LightSample { wi, distance, radiance, pdf: pmf, delta: true, surface: None })
+    let target = LightPoint { point: position, normal: Vec3::ZERO, error: Rounding::default() };
+    Some(LightSample { wi, distance, radiance, pdf: pmf, delta: true, target: Some(target) })
 }
 
 fn far_sample(wi: Vec3, radiance: Rgb, pdf: f32, delta: bool) -> LightSample {
-    LightSample { wi, distance: f32::INFINITY, radiance, pdf, delta, surface: None }
+    LightSample { wi, distance: f32::INFINITY, radiance, pdf, delta, target: None }
 }
 
 /// Without loss where the square of the length is beyond an `f32`.

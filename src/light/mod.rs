@@ -8,6 +8,7 @@ mod choice;
 mod description;
 mod environment;
 mod lights;
+mod opacity;
 mod samples;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ mod unit;
 pub use description::LightDescription;
 pub use environment::Environment;
 pub use lights::Lights;
+pub use opacity::EmitterOpacity;
 pub use samples::LightSamples;
 pub use triangle::EmissiveTriangle;
 pub use unit::LightUnit;
@@ -83,35 +85,51 @@ pub struct LightSample {
     pub pdf: f32,
     /// Whether no direction drawn otherwise can meet the light (it takes no part in MIS).
     pub delta: bool,
-    /// The point on the emissive triangle, so that a shadow ray can be ended before it; `None` for other lights.
-    pub surface: Option<LightPoint>,
+    /// Where a shadow ray is to end; `None` for lights at infinity.
+    pub target: Option<LightPoint>,
 }
-
-/// Share of the way to a light that a shadow ray leaves out at its end, so that the light does not shadow itself.
-const SHADOW_END: f32 = 1e-4;
 
 impl LightSample {
     /// The ray from `origin`, just off the lit surface, that must reach the light.
     #[inline]
     pub fn shadow_ray(&self, origin: Vec3) -> Ray {
-        match self.surface {
-            None => Ray { org: origin, dir: self.wi, tfar: self.distance * (1.0 - SHADOW_END) },
-            Some(light) => {
-                // aimed anew: the origin is not quite the point that the light was drawn from
-                let way = light.point - origin;
-                let distance = way.length();
-                Ray { org: origin, dir: way / distance, tfar: distance * (1.0 - SHADOW_END) }
-            }
-        }
+        let Some(target) = self.target else { return Ray { org: origin, dir: self.wi, tfar: f32::INFINITY } };
+        // aimed anew: the origin is not quite the point that the light was drawn from
+        let way = target.point - origin;
+        let distance = way.length();
+        let dir = way / distance;
+        Ray { org: origin, dir, tfar: target.open_way(dir, distance) }
     }
 }
 
-/// A point on an emissive triangle.
+/// A point on an emissive triangle, or a point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightPoint {
     pub point: Vec3,
-    /// Unit geometric normal by the winding of the corners; an emitter with two sides may be seen from behind.
+    /// Unit geometric normal by the winding of the corners; an emitter with two sides may be seen from behind. Zero for a
+    /// point light.
     pub normal: Vec3,
+    /// How wrong rounding may put the triangle, across its plane.
+    pub(crate) error: Rounding,
+}
+
+/// How far rounding may put an emissive triangle beside its points, as a ray sees it from a distance d: `near` + `far`·d.
+/// Zeros for a point light, which no ray meets.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Rounding {
+    pub near: f32,
+    pub far: f32,
+}
+
+impl LightPoint {
+    /// How far a shadow ray along the unit vector `dir` goes of its way `distance` to the light: so near that nothing of
+    /// what can be told from the light is left out, and not so far that the light shadows itself. 0 where that cannot be
+    /// told apart, which is where the light is seen almost from the side.
+    #[inline(always)]
+    fn open_way(&self, dir: Vec3, distance: f32) -> f32 {
+        let cosine = dir.dot(self.normal).abs().max(f32::MIN_POSITIVE);
+        (distance - (self.error.near + self.error.far * distance) / cosine).max(0.0)
+    }
 }
 
 /// An error that names `what` unless `colour` is finite and not negative and its other numbers, by `usable`, are fit.

@@ -2,10 +2,11 @@
 
 use super::lights::Lights;
 use super::triangle::AreaLight;
-use super::{LightSample, SHADOW_END};
+use super::{LightPoint, LightSample, Rounding};
 use crate::geometry::Surfaces;
 use crate::math::Rgb;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
+use glam::Vec3;
 
 /// Up to [`LANES`] draws from [`Lights`]: what [`Lights::sample`] gives one by one, to the last bit.
 pub struct LightSamples {
@@ -16,12 +17,13 @@ pub struct LightSamples {
     /// Per steradian, the choice of the light included; 0 where nothing was drawn, or nothing arrives.
     pub pdf: Lanes,
     pub delta: Mask,
-    distance: Lanes,
     /// Lanes where something else was drawn.
     others: Mask,
-    /// On an emissive triangle, where it is one.
+    /// On an emissive triangle, or that of a point light.
     point: Vec3Lanes,
     surface: Mask,
+    /// Lanes whose shadow ray ends at `point`.
+    aimed: Mask,
     // what is drawn from
     chosen: Chosen,
 }
@@ -33,6 +35,9 @@ struct Chosen {
     normal: Vec3Lanes,
     density: Lanes,
     two_sided: [u32; LANES],
+    /// As of [`Rounding`].
+    near: Lanes,
+    far: Lanes,
     /// What was drawn where the light is no triangle, or there is none.
     other: [Option<LightSample>; LANES],
 }
@@ -45,6 +50,8 @@ impl LightSamples {
             normal: Vec3Lanes::ZERO,
             density: [0.0; LANES],
             two_sided: [0; LANES],
+            near: [0.0; LANES],
+            far: [0.0; LANES],
             other: [None; LANES],
         };
         LightSamples {
@@ -52,10 +59,10 @@ impl LightSamples {
             radiance: Vec3Lanes::ZERO,
             pdf: [0.0; LANES],
             delta: Mask::NONE,
-            distance: [0.0; LANES],
             point: Vec3Lanes::ZERO,
             others: Mask::NONE,
             surface: Mask::NONE,
+            aimed: Mask::NONE,
             chosen,
         }
     }
@@ -85,6 +92,17 @@ impl LightSamples {
             }
         }
         (self.surface, self.others, self.delta) = (surface, others, Mask::NONE);
+        if lights.has_opacities() {
+            self.weigh_by_opacity(lights, &index, u);
+        }
+    }
+
+    #[inline(never)]
+    fn weigh_by_opacity(&mut self, lights: &Lights, index: &[u32; LANES], u: &[Lanes; 2]) {
+        for k in each(self.surface) {
+            let opacity = lights.opacity(index[k] as usize, [u[0][k], u[1][k]]);
+            self.radiance.set(k, self.radiance.get(k) * opacity);
+        }
     }
 
     #[inline(always)]
@@ -97,6 +115,7 @@ impl LightSamples {
         chosen.normal.set(k, light.normal);
         chosen.density[k] = light.density;
         chosen.two_sided[k] = light.two_sided as u32;
+        (chosen.near[k], chosen.far[k]) = (light.error.near, light.error.far);
     }
 
     /// Draws the points on all triangles that were chosen, from places and numbers as in [`Self::choose`].
@@ -106,9 +125,9 @@ impl LightSamples {
             let view = chosen.light(k).sample_from(p.get(k), [u[0][k], u[1][k]]);
             self.point.set(k, view.surface.point);
             self.wi.set(k, view.wi);
-            self.distance[k] = view.distance;
             self.pdf[k] = pick(surface.has(k), view.pdf, 0.0);
         }
+        self.aimed = self.surface;
         for k in each(self.others) {
             self.take_other(k);
         }
@@ -121,7 +140,12 @@ impl LightSamples {
             self.radiance.set(k, sample.radiance);
             self.pdf[k] = sample.pdf;
             self.delta.set(k, sample.delta);
-            self.distance[k] = sample.distance;
+            if let Some(LightPoint { point, normal, error }) = sample.target {
+                self.aimed.set(k, true);
+                self.point.set(k, point);
+                self.chosen.normal.set(k, normal);
+                (self.chosen.near[k], self.chosen.far[k]) = (error.near, error.far);
+            }
         }
     }
 
@@ -138,18 +162,20 @@ impl LightSamples {
     #[inline(always)]
     pub fn shadow_rays(&self, surfaces: &Surfaces, origin: &mut Vec3Lanes, dir: &mut Vec3Lanes, tfar: &mut Lanes) {
         surfaces.spawn(&self.wi, origin);
-        let surface = self.surface.lanes();
+        let aimed = self.aimed.lanes();
         for k in 0..LANES {
-            let way = self.point.get(k) - origin.get(k);
-            let distance = pick(surface.has(k), way.length(), self.distance[k]);
-            dir.set(k, pick(surface.has(k), way / distance, self.wi.get(k)));
-            tfar[k] = distance * (1.0 - SHADOW_END);
+            let target = self.chosen.target(k, self.point.get(k));
+            let way = target.point - origin.get(k);
+            let distance = way.length();
+            let wi = way / distance;
+            dir.set(k, pick(aimed.has(k), wi, self.wi.get(k)));
+            tfar[k] = pick(aimed.has(k), target.open_way(wi, distance), f32::INFINITY);
         }
     }
 }
 
 impl Chosen {
-    /// The triangle of lane `k`; its radiance is kept elsewhere.
+    /// The triangle of lane `k`, but for what does not matter to where its points are seen from.
     #[inline(always)]
     fn light(&self, k: usize) -> AreaLight {
         AreaLight {
@@ -159,7 +185,14 @@ impl Chosen {
             density: self.density[k],
             radiance: Rgb::ZERO,
             two_sided: self.two_sided[k] != 0,
+            error: Rounding::default(),
         }
+    }
+
+    /// Where the shadow ray of lane `k` ends.
+    #[inline(always)]
+    fn target(&self, k: usize, point: Vec3) -> LightPoint {
+        LightPoint { point, normal: self.normal.get(k), error: Rounding { near: self.near[k], far: self.far[k] } }
     }
 }
 

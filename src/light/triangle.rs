@@ -1,22 +1,31 @@
 //! Triangles that emit.
 
-use super::{LightPoint, check_light, wide_luminance};
+use super::{EmitterOpacity, LightPoint, Rounding, check_light, wide_luminance};
 use crate::Result;
+use crate::geometry::rounding::{ROUNDING, across, thinness, unit};
 use crate::math::{Rgb, warp};
 use glam::Vec3;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-/// A triangle that emits the same radiance everywhere and in all directions of one side, or of both.
-#[derive(Clone, Copy, Debug)]
+/// A triangle that emits the same radiance in all directions of one side, or of both, from wherever it is not seen
+/// through.
+#[derive(Clone)]
 pub struct EmissiveTriangle {
     /// Which triangle of which mesh of the scene this is: what a ray reports when it hits.
     pub mesh: u32,
     pub triangle: u32,
     /// World space, counter-clockwise seen from the side that emits.
     pub corners: [Vec3; 3],
-    /// W/(sr·m²).
+    /// W/(sr·m²). Where the triangle lets the same share of light pass everywhere, this is the mean over the rays that
+    /// arrive: what those see that it stops, times the share that it stops.
     pub radiance: Rgb,
     pub two_sided: bool,
+    /// By which `radiance` is multiplied from point to point; `None`: 1 everywhere.
+    pub opacity: Option<Arc<dyn EmitterOpacity>>,
+    /// How far across its plane the triangle may be from where rays meet it, for other reasons than the rounding of these
+    /// corners: that of an instance's transform.
+    pub slack: f32,
 }
 
 /// An emissive triangle, ready to be sampled.
@@ -30,7 +39,12 @@ pub(super) struct AreaLight {
     pub(super) density: f32,
     pub(super) radiance: Rgb,
     pub(super) two_sided: bool,
+    pub(super) error: Rounding,
 }
+
+/// Rounding in Embree's distance to a triangle from afar, in units of half an ulp: 8 for the numerator
+/// ([`crate::geometry::rounding`]), 6 for the denominator, 2 for the quotient and the direction.
+const OF_DISTANCE: f32 = 16.0;
 
 /// A point on an emissive triangle as it is seen from the lit point.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +77,7 @@ impl AreaLight {
             density: 0.0,
             radiance: t.radiance,
             two_sided: t.two_sided,
+            error: rounding(t, edges, normal.as_vec3()),
         };
         Ok(Some((light, 0.5 * cross.length())))
     }
@@ -82,8 +97,8 @@ impl AreaLight {
     #[inline(always)]
     pub fn sample(&self, u: [f32; 2]) -> LightPoint {
         let [b1, b2] = warp::square_to_triangle(u);
-        let point = self.origin + self.edges[0] * b1 + self.edges[1] * b2;
-        LightPoint { point, normal: self.normal }
+        let point = self.origin + (self.edges[0] * b1 + self.edges[1] * b2);
+        LightPoint { point, normal: self.normal, error: self.error }
     }
 
     /// A point, and how it is seen from `p`. Without a jump, so that a loop over many runs in vectors.
@@ -128,4 +143,13 @@ impl AreaLight {
     fn emitting_cosine(&self, cos: f32) -> f32 {
         if self.two_sided { cos.abs() } else { cos }
     }
+}
+
+/// What rounding does to a triangle, whichever of its points is looked at.
+fn rounding(t: &EmissiveTriangle, edges: [Vec3; 2], normal: Vec3) -> Rounding {
+    let (_, per_length) = unit(edges[0].cross(edges[1]));
+    let size = edges[0].abs().max(edges[1].abs());
+    let largest = t.corners.iter().fold(Vec3::ZERO, |largest, c| largest.max(c.abs()));
+    let near = across(edges, largest, size, normal, per_length) + t.slack;
+    Rounding { near, far: OF_DISTANCE * ROUNDING * thinness(edges, per_length).length() }
 }

@@ -1,5 +1,6 @@
 //! A scene as written, before anything is loaded: every reader ends here, [`super::Scene`] begins here.
 
+use crate::Error;
 use crate::bsdf::BsdfDescription;
 use crate::film::FilmSettings;
 use crate::light::LightDescription;
@@ -35,6 +36,21 @@ pub struct CameraDescription {
     pub mirrored: bool,
 }
 
+/// Where a scene file says something. Line and column count from 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceLocation {
+    pub path: PathBuf,
+    pub line: usize,
+    pub column: usize,
+}
+
+impl SourceLocation {
+    /// That what is said there cannot be used.
+    pub fn error(&self, message: impl Into<String>) -> Error {
+        Error::parse(&self.path, self.line, self.column, message)
+    }
+}
+
 /// A file of triangles and where it stands.
 #[derive(Clone, Debug)]
 pub struct MeshDescription {
@@ -45,6 +61,8 @@ pub struct MeshDescription {
     /// The mesh is part of this group and seen only where an instance of the group stands; `transform` then places it
     /// within the group.
     pub group: Option<String>,
+    /// Where the transform is written; `None` where nothing says so.
+    pub location: Option<SourceLocation>,
 }
 
 /// A group of meshes in one of its places. All places share the meshes and their acceleration structure.
@@ -54,6 +72,8 @@ pub struct InstanceDescription {
     pub group: String,
     /// From the group to the world; its determinant is not 0.
     pub transform: Affine3A,
+    /// Where that is written; `None` where nothing says so.
+    pub location: Option<SourceLocation>,
 }
 
 /// A surface material.

@@ -82,9 +82,9 @@ impl Instances {
     }
 
     /// Every surface: its number, its mesh, and where it stands.
-    pub fn surfaces(&self) -> impl Iterator<Item = (u32, &Mesh, &Placement)> + Clone {
+    pub fn surfaces(&self) -> impl Iterator<Item = (u32, &Arc<Mesh>, &Placement)> + Clone {
         self.places.iter().flat_map(|place| {
-            let meshes = self.groups[place.group].iter().map(|mesh| &**mesh);
+            let meshes = &self.groups[place.group];
             (place.first_surface..).zip(meshes).map(|(number, mesh)| (number, mesh, &place.placement))
         })
     }

@@ -2,11 +2,11 @@
 
 use super::build::Build;
 use super::instances::Instances;
-use super::material::Material;
+use super::material::{Material, emitter_opacity};
 use super::{Camera, Scene};
 use super::{hash, obj};
 use crate::bsdf::{BsdfDescription, CoatTables};
-use crate::embree::Device;
+use crate::embree::{Device, LARGEST_COORDINATE};
 use crate::film::FilmSettings;
 use crate::film::accumulate::BYTES_PER_PIXEL;
 use crate::geometry::{Indices, Mesh, Placement};
@@ -76,7 +76,8 @@ impl Scene {
         let build_seconds = start.elapsed().as_secs_f64();
 
         let bounds = geometry.bounds().ok_or_else(|| Error::Scene("the scene has no extent".into()))?;
-        let (lights, light_unit) = lights(far.lights, &meshes, &instances, &resolved, bounds, &mut warnings)?;
+        let surfaces = Surfaces { meshes: &meshes, instances: &instances, materials: &resolved, textures: &textures };
+        let (lights, light_unit) = lights(far.lights, &surfaces, bounds, &mut warnings)?;
         let reckoned = resolved.iter().map(|m| m.with_emission(|emission| light_unit.divide(emission)));
         let camera = description.camera.clone().unwrap_or_else(|| Camera::for_bounds(bounds.0, bounds.1));
         let film = &description.film;
@@ -130,6 +131,7 @@ impl Gathered {
         mesh.materials.iter_mut().for_each(|m| *m = numbers[*m as usize]);
         self.hashes.push(hash::mesh(&mesh, place.transform));
         transform(&mut mesh, &Placement::new(place.transform));
+        check_positions(&mesh, place)?;
         // Embree reads a vertex with 16 bytes, four more than the last one has.
         mesh.positions.reserve_exact(1);
         self.meshes.push(mesh);
@@ -188,6 +190,19 @@ fn without_missing_pictures(
     material
 }
 
+/// That the transform has not carried the mesh beyond what can be traced; what its own file says is within it.
+fn check_positions(mesh: &Mesh, place: &MeshDescription) -> Result<()> {
+    let traced = |p: &[f32; 3]| p.iter().all(|x| x.abs() <= LARGEST_COORDINATE);
+    if mesh.positions.par_iter().all(traced) {
+        return Ok(());
+    }
+    let message = "this transform carries the mesh beyond coordinates of 1e12";
+    Err(match &place.location {
+        Some(location) => location.error(message),
+        None => Error::file(&place.path, message),
+    })
+}
+
 /// Moves a mesh into place. A mirroring turns the corners' order round, so that the winding keeps its meaning.
 fn transform(mesh: &mut Mesh, placement: &Placement) {
     if placement.to_world() == Affine3A::IDENTITY {
@@ -208,18 +223,24 @@ fn transform(mesh: &mut Mesh, placement: &Placement) {
     }
 }
 
+/// All surfaces of a scene and what they are made of.
+struct Surfaces<'a> {
+    meshes: &'a [Arc<Mesh>],
+    instances: &'a Instances,
+    materials: &'a Arc<Vec<Material>>,
+    textures: &'a Arc<Vec<Texture>>,
+}
+
 /// All lights, and the unit of their emission.
 fn lights(
     mut others: Vec<Light>,
-    meshes: &[Arc<Mesh>],
-    instances: &Instances,
-    materials: &[Material],
+    surfaces: &Surfaces,
     bounds: (Vec3, Vec3),
     warnings: &mut Vec<String>,
 ) -> Result<(Lights, LightUnit)> {
-    let own = (0..).zip(meshes).flat_map(|(k, mesh)| emitters(k, mesh, materials, |t| mesh.corners(t)));
-    let placed = instances.surfaces();
-    let placed = placed.flat_map(|(k, mesh, place)| emitters(k, mesh, materials, |t| place.facet(mesh, t)));
+    let own = (0..).zip(surfaces.meshes).flat_map(|(k, mesh)| surfaces.emitters(k, mesh, None));
+    let placed = surfaces.instances.surfaces();
+    let placed = placed.flat_map(|(k, mesh, place)| surfaces.emitters(k, mesh, Some(place)));
     let mut emissive: Vec<EmissiveTriangle> = own.chain(placed).collect();
     if emissive.is_empty() && others.is_empty() {
         warnings.push("nothing emits light in this scene: a constant sky of radiance 1 is added".into());
@@ -232,25 +253,35 @@ fn lights(
     Ok((Lights::build(&emissive, others, radius)?, unit))
 }
 
-/// The triangles of surface `k` that emit; `corners` are in world space.
-fn emitters<'a>(
-    k: u32,
-    mesh: &'a Mesh,
-    materials: &'a [Material],
-    corners: impl Fn(usize) -> [Vec3; 3] + 'a,
-) -> impl Iterator<Item = EmissiveTriangle> + 'a {
-    let emits = materials.iter().any(|m| m.emits());
-    let candidates = if emits { &mesh.materials[..] } else { &[] };
-    candidates.iter().enumerate().filter(|(_, m)| materials[**m as usize].emits()).map(move |(triangle, m)| {
-        let material = &materials[*m as usize];
-        EmissiveTriangle {
-            mesh: k,
-            triangle: triangle as u32,
-            corners: corners(triangle),
-            radiance: material.emission(true),
-            two_sided: material.emission_two_sided(),
-        }
-    })
+impl<'a> Surfaces<'a> {
+    /// The triangles of surface `k` that emit, in world space; `place`: of an instance of the mesh.
+    fn emitters(
+        &self,
+        k: u32,
+        mesh: &'a Arc<Mesh>,
+        place: Option<&'a Placement>,
+    ) -> impl Iterator<Item = EmissiveTriangle> + use<'a> {
+        let (materials, textures) = (self.materials, self.textures);
+        let emits = materials.iter().any(|m| m.emits());
+        let candidates = if emits { &mesh.materials[..] } else { &[] };
+        let mirrored = place.is_some_and(|place| place.mirrored());
+        let mut varying = None;
+        candidates.iter().enumerate().filter(|(_, m)| materials[**m as usize].emits()).map(move |(triangle, m)| {
+            let material = &materials[*m as usize];
+            let constant = material.constant_opacity(textures);
+            let mut map =
+                || varying.get_or_insert_with(|| emitter_opacity(mesh, materials, textures, mirrored)).clone();
+            EmissiveTriangle {
+                mesh: k,
+                triangle: triangle as u32,
+                corners: place.map_or_else(|| mesh.corners(triangle), |place| place.facet(mesh, triangle)),
+                radiance: material.emission(true) * constant.unwrap_or(1.0),
+                two_sided: material.emission_two_sided(),
+                opacity: constant.is_none().then(&mut map),
+                slack: place.map_or(0.0, |place| place.slack_of(mesh, triangle)),
+            }
+        })
+    }
 }
 
 /// Lights that are not surfaces.

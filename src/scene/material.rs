@@ -4,6 +4,7 @@ use crate::Result;
 use crate::bsdf::{Bsdf, BsdfModel, CoatTables, color_textures};
 use crate::embree::OpacityTest;
 use crate::geometry::Mesh;
+use crate::light::EmitterOpacity;
 use crate::math::{Rgb, rng::mix};
 use crate::scene::description::MaterialDescription;
 use crate::texture::{ColorTexture, ScalarTexture, Texture, TextureCache, TextureMap};
@@ -109,11 +110,21 @@ impl Material {
         self.emission_two_sided
     }
 
+    /// Probability that a ray is stopped, in [0, 1]. What is no number stops all.
     fn opacity(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
-        match self.opacity {
+        let share = match self.opacity {
             Opacity::Constant(share) => share,
             Opacity::Image(map) => map.scalar(textures, uv),
             Opacity::Luminance(map) => map.stored_luminance(textures, uv),
+        };
+        if share < 1.0 { share.max(0.0) } else { 1.0 }
+    }
+
+    /// The same where it is the same everywhere.
+    pub fn constant_opacity(&self, textures: &[Texture]) -> Option<f32> {
+        match self.opacity {
+            Opacity::Constant(_) => Some(self.opacity(textures, [0.0; 2])),
+            _ => self.is_opaque(textures).then_some(1.0),
         }
     }
 
@@ -132,13 +143,18 @@ pub fn opacity_test(
     materials: &Arc<Vec<Material>>,
     textures: &Arc<Vec<Texture>>,
 ) -> Option<Box<dyn OpacityTest>> {
-    let mut used = vec![false; materials.len()];
-    mesh.materials.iter().for_each(|&m| used[m as usize] = true);
-    let see_through: Vec<bool> =
-        materials.iter().zip(used).map(|(material, used)| used && !material.is_opaque(textures)).collect();
-    let (mesh, materials, textures) = (mesh.clone(), materials.clone(), textures.clone());
-    let any = see_through.contains(&true);
-    any.then(|| Box::new(CutOut { mesh, materials, textures, see_through }) as Box<dyn OpacityTest>)
+    let cut_out = CutOut::new(mesh, materials, textures);
+    cut_out.see_through.contains(&true).then(|| Box::new(cut_out) as Box<dyn OpacityTest>)
+}
+
+/// The opacity of a mesh's emissive triangles, where they stand `mirrored` or not.
+pub fn emitter_opacity(
+    mesh: &Arc<Mesh>,
+    materials: &Arc<Vec<Material>>,
+    textures: &Arc<Vec<Texture>>,
+    mirrored: bool,
+) -> Arc<dyn EmitterOpacity> {
+    Arc::new(PlacedCutOut { cut_out: CutOut::new(mesh, materials, textures), mirrored })
 }
 
 /// Lets rays pass where the opacity says so. A partial opacity is decided by chance, and the chance is a hash of the
@@ -151,13 +167,40 @@ struct CutOut {
     see_through: Vec<bool>,
 }
 
+impl CutOut {
+    fn new(mesh: &Arc<Mesh>, materials: &Arc<Vec<Material>>, textures: &Arc<Vec<Texture>>) -> CutOut {
+        let mut used = vec![false; materials.len()];
+        mesh.materials.iter().for_each(|&m| used[m as usize] = true);
+        let see_through = materials.iter().zip(used).map(|(material, used)| used && !material.is_opaque(textures));
+        let see_through = see_through.collect();
+        CutOut { mesh: mesh.clone(), materials: materials.clone(), textures: textures.clone(), see_through }
+    }
+
+    /// The opacity at barycentric weights; `None` where the whole triangle is opaque.
+    fn opacity(&self, primitive: u32, u: f32, v: f32) -> Option<f32> {
+        let material = self.mesh.materials[primitive as usize] as usize;
+        let uv = || self.mesh.uv(primitive as usize, u, v);
+        self.see_through[material].then(|| self.materials[material].opacity(&self.textures, uv()))
+    }
+}
+
+/// Corners of a mirrored triangle that emits come in another order than in the mesh: the second and the third change
+/// places, so that they run counter-clockwise seen from the side that emits.
+struct PlacedCutOut {
+    cut_out: CutOut,
+    mirrored: bool,
+}
+
+impl EmitterOpacity for PlacedCutOut {
+    fn opacity(&self, triangle: u32, weights: [f32; 2]) -> f32 {
+        let [u, v] = if self.mirrored { [weights[1], weights[0]] } else { weights };
+        self.cut_out.opacity(triangle, u, v).unwrap_or(1.0)
+    }
+}
+
 impl OpacityTest for CutOut {
     fn passes(&self, primitive: u32, u: f32, v: f32) -> bool {
-        let material = self.mesh.materials[primitive as usize] as usize;
-        if !self.see_through[material] {
-            return false;
-        }
-        let opacity = self.materials[material].opacity(&self.textures, self.mesh.uv(primitive as usize, u, v));
+        let Some(opacity) = self.opacity(primitive, u, v) else { return false };
         let bits = mix((u.to_bits() as u64) << 32 | v.to_bits() as u64) ^ primitive as u64;
         // 24 bits, as many as the fraction of an f32 holds
         let chance = (mix(bits) >> 40) as f32 * (1.0 / (1 << 24) as f32);

@@ -7,6 +7,7 @@
 //! together raise a false alarm with probability 10⁻⁴ (Šidák). "The same again" is a row in which nothing differs but
 //! the seeds. All guided runs together are compared as well; a bias planted in them must be found.
 
+use crate::common::masked_lamp::masked_lamp;
 use crate::common::still_life::{self, still_life};
 use crate::common::{Loaded, Runs, build, build_with, describe, own, own_path, welch};
 use phototaxis::embree::Isa;
@@ -21,7 +22,7 @@ use phototaxis::stats::sidak;
 const FALSE_ALARM: f64 = 1e-4;
 const RUNS: usize = 20;
 const BASE_RUNS: usize = 192;
-const SCENES: usize = 4;
+const SCENES: usize = 5;
 
 /// A way of rendering, as a change of the unguided settings.
 type Way = (&'static str, fn(&mut Settings));
@@ -329,4 +330,9 @@ fn door() {
 #[test]
 fn glass_gloss_and_textures() {
     agree("still life", &still_life(&["film.width=40", "film.height=30"]), 0.02);
+}
+
+#[test]
+fn lamps_that_are_seen_through() {
+    agree("masked lamps", &masked_lamp(&[]), 0.02);
 }

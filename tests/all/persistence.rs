@@ -1,18 +1,18 @@
 //! Guides in files: what comes back is what was written, and what is no guide is an error.
 
 use glam::Vec3;
-use std::path::Path;
 use phototaxis::format;
-use phototaxis::guiding::{Guide, PackedDirection, Recorder, Transition};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
+use phototaxis::guiding::{Guide, PackedDirection, Recorder, Transition};
 use phototaxis::image::Image;
 use phototaxis::image::metrics::compare;
 use phototaxis::integrator::IntegratorSettings;
 use phototaxis::math::rng::Rng;
 use phototaxis::math::warp;
-use phototaxis::render::{Keeping, Rendering, Settings, render_keeping};
 use phototaxis::render::guide_file::{self, Subject, Trained};
+use phototaxis::render::{Keeping, Rendering, Settings, render_keeping};
 use phototaxis::scene::Scene;
+use std::path::Path;
 
 const BOUNDS: (Vec3, Vec3) = (Vec3::ZERO, Vec3::ONE);
 

@@ -19,8 +19,8 @@ pub(crate) const FINITE: Bounds = Bounds::new(|_| true, "finite");
 pub(crate) const UNIT: Bounds = Bounds::new(|x| (0.0..=1.0).contains(&x), "between 0 and 1");
 pub(crate) const POSITIVE: Bounds = Bounds::new(|x| x > 0.0, "greater than 0");
 pub(crate) const NOT_NEGATIVE: Bounds = Bounds::new(|x| x >= 0.0, "0 or more");
-/// Squares of coordinates, summed, stay within `f32` (and coordinates within what Embree accepts).
-pub(crate) const COORDINATE: Bounds = Bounds::new(|x| x.abs() <= 1e18, "between -1e18 and 1e18");
+/// Within what can be traced in single precision ([`crate::embree::LARGEST_COORDINATE`]).
+pub(crate) const COORDINATE: Bounds = Bounds::new(|x| x.abs() <= 1e12, "between -1e12 and 1e12");
 
 impl Bounds {
     /// `text` goes on from "must be".

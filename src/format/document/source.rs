@@ -2,6 +2,7 @@
 
 use super::{At, Fault};
 use crate::io::memory;
+use crate::scene::description::SourceLocation;
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -26,6 +27,13 @@ impl Source<'_> {
     /// What paths in the file are relative to.
     pub fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// The place in the file; `None` for what `--set` says.
+    pub fn location(&self, at: At) -> Option<SourceLocation> {
+        let At::Text(offset) = at else { return None };
+        let (line, column) = line_and_column(self.text.as_bytes(), offset);
+        Some(SourceLocation { path: self.path.to_path_buf(), line, column })
     }
 
     pub fn error(&self, fault: Fault) -> Error {

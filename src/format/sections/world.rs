@@ -2,7 +2,7 @@
 
 use super::settings::needs;
 use crate::format::document::suggest::unknown;
-use crate::format::document::{Bounds, COORDINATE, FINITE, Fault, NOT_NEGATIVE, Node, Reader, Value};
+use crate::format::document::{At, Bounds, COORDINATE, FINITE, Fault, NOT_NEGATIVE, Node, Reader, Value};
 use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::scene::description::{InstanceDescription, MeshDescription};
@@ -17,7 +17,7 @@ pub(in crate::format) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescrip
     let transform = transform(t)?;
     let material = t.take("material").map(|n| n.string("material").map(String::from)).transpose()?;
     let group = t.take("group").map(|n| n.string("group").map(String::from)).transpose()?;
-    Ok(MeshDescription { path: path.ok_or_else(|| t.missing("path"))?, transform, material, group })
+    Ok(MeshDescription { path: path.ok_or_else(|| t.missing("path"))?, transform, material, group, location: None })
 }
 
 /// `meshes`: all of the scene, whose groups are the ones there are.
@@ -33,7 +33,7 @@ pub(in crate::format) fn instance(t: &mut Reader, meshes: &[MeshDescription]) ->
     if !known.contains(name) {
         return Err(Fault::new(group.at, unknown(&format!("unknown group `{name}` in {}", t.label()), name, known)));
     }
-    Ok(InstanceDescription { group: name.to_string(), transform })
+    Ok(InstanceDescription { group: name.to_string(), transform, location: None })
 }
 
 /// `matrix`, or `scale`, `rotate` and `translate`.
@@ -52,6 +52,11 @@ fn transform(t: &mut Reader) -> Result<Affine3A, Fault> {
     };
     check_regular(t, &transform)?;
     Ok(transform)
+}
+
+/// Where a table that was read says its transform, as far as it does.
+pub(in crate::format) fn transform_at(t: &Reader) -> At {
+    t.place(&["matrix", "scale", "translate", "rotate"])
 }
 
 /// Scale, then rotate, then translate.

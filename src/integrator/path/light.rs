@@ -35,7 +35,8 @@ impl<P: Probe> Walk<'_, '_, P> {
         }
         let (mut org, mut dir, mut tfar) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO, [0.0; LANES]);
         lights.shadow_rays(&packet.surfaces, &mut org, &mut dir, &mut tfar);
-        let asks = mask(|k| (lights.pdf[k] > 0.0) & (local.get(k) != Rgb::ZERO));
+        // a ray without a length may have no direction either
+        let asks = mask(|k| (lights.pdf[k] > 0.0) & (local.get(k) != Rgb::ZERO) & (tfar[k] > 0.0));
         let b = &mut *self.batch;
         let packing = Packing::new(asks.bits(), b.shadow_rays.len());
         b.shadow_rays.pack(&packing, &RayRows { org: org.rows(), dir: dir.rows(), tfar: &tfar });

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 const GREY: Rgb = Rgb::splat(2.0);
 
 fn triangle(triangle: u32, corners: [Vec3; 3]) -> EmissiveTriangle {
-    EmissiveTriangle { mesh: 0, triangle, corners, radiance: GREY, two_sided: false }
+    EmissiveTriangle { mesh: 0, triangle, corners, radiance: GREY, two_sided: false, opacity: None, slack: 0.0 }
 }
 
 fn quad(c: [Vec3; 4]) -> Vec<EmissiveTriangle> {
@@ -175,7 +175,7 @@ fn density_of_a_hit_is_that_of_the_sample() {
     for _ in 0..50_000 {
         let p = Vec3::new(rng.f32(), rng.f32(), -rng.f32());
         let Some(s) = lights.sample(p, rng.f64(), rng.f32x2()) else { continue };
-        let Some(surface) = s.surface else { continue };
+        let Some(surface) = s.target.filter(|_| !s.delta) else { continue };
         // which triangle: the diagonal divides them; a ray finds the point by direction and distance
         let y = p + s.wi * s.distance;
         if (y.x - y.y).abs() < 1e-3 {
@@ -265,7 +265,7 @@ fn extreme_triangles_give_usable_samples_or_none() {
         let p = if i % 7 == 0 { corners[0] } else { centre + point(10f32.powi(i % 11 - 8)) };
         let mut t = triangle(0, corners);
         t.radiance *= 10f32.powi(i % 13 - 6);
-        let lights = area_lights(&[t]);
+        let lights = area_lights(&[t.clone()]);
         match lights.sample(p, rng.f64(), rng.f32x2()) {
             None => none += 1,
             Some(s) => {

@@ -3,6 +3,7 @@
 mod environment;
 mod lights;
 mod samples;
+mod shadows;
 
 use crate::math::rng::Rng;
 use crate::math::warp::square_to_uniform_sphere;

@@ -26,14 +26,14 @@ fn repair_positions(mesh: &mut Mesh, broken: &[Broken], reporter: &mut Reporter)
     let used = mesh.triangles.par_iter().flatten_iter().filter(|i| indices.contains(i)).min();
     if let Some(used) = used {
         let at = broken.iter().find(|(i, _)| i == used).map_or(first_at, |&(_, at)| at);
-        let message = format!("vertex {} is not finite or too large, and a face uses it", used + 1);
+        let message = format!("vertex {} is not finite or beyond 1e12, and a face uses it", used + 1);
         return Err(Failure::Fault(Fault { at, message }));
     }
     // Nothing refers to them: a value that another vertex has keeps bounds over all positions right.
     let harmless = mesh.triangles.first().map_or([0.0; 3], |t| mesh.positions[t[0] as usize]);
     broken.iter().for_each(|&(i, _)| mesh.positions[i as usize] = harmless);
     let count = broken.len();
-    reporter.warn(first_at, format!("{count} vertices are not finite or too large, but no face uses them"));
+    reporter.warn(first_at, format!("{count} vertices are not finite or beyond 1e12, but no face uses them"));
     Ok(())
 }
 

@@ -11,6 +11,7 @@ mod paper;
 mod processors;
 mod render;
 mod stopping;
+mod transforms;
 
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};

@@ -1,12 +1,12 @@
 //! Renders that end by the clock or by a signal.
 
+use super::{TINY, folder, names, phototaxis, program, scene};
+use phototaxis::image::exr::{ExrFile, read_layers};
 use serde_json::Value;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
-use super::{TINY, folder, names, phototaxis, program, scene};
-use phototaxis::image::exr::{ExrFile, read_layers};
 
 #[test]
 fn time_ends_a_render() {

@@ -8,10 +8,10 @@ use crate::integrator::{IntegratorSettings, Roulette};
 use crate::io::atomic::write_atomically;
 use crate::light::LightDescription;
 use crate::render::RenderSettings;
-use crate::scene::description::{CameraDescription, MeshDescription, SceneDescription};
+use crate::scene::description::{CameraDescription, SceneDescription};
 use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
-use glam::{Affine3A, Vec3};
+use glam::Vec3;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -79,7 +79,7 @@ fn stand_in(
         // the program has no mirrored view; turning it changes no ray's cost
         camera: Some(CameraDescription { mirrored: false, ..camera }),
         film,
-        meshes: vec![MeshDescription { path: model, transform: Affine3A::IDENTITY, material: None, group: None }],
+        meshes: vec![crate::format::whole_file(&model)],
         lights: vec![LightDescription::Point { position: light.position, intensity: light.intensity }],
         ..Default::default()
     };

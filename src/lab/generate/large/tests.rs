@@ -84,7 +84,7 @@ fn every_emitter_faces_away_from_its_body() {
         for _ in 0..60_000 {
             let p = Vec3::new(30.0 * (rng.f32() - 0.5), 3.0, 30.0 * (rng.f32() - 0.5));
             let Some(light) = scene.lights().sample(p, rng.f64(), rng.f32x2()) else { continue };
-            let Some(surface) = light.surface else { continue };
+            let Some(surface) = light.target.filter(|_| !light.delta) else { continue };
             // just before the light there is nothing, so what emits is its outside
             let origin = surface.point + surface.normal * 0.02;
             let ray = crate::geometry::Ray { org: origin, dir: -surface.normal, tfar: 0.04 };

@@ -179,7 +179,7 @@ fn the_first_fault_counts_whatever_the_blocks() {
 
 #[test]
 fn faces_need_finite_vertices() {
-    for bad in ["nan", "inf", "-Infinity", "1e39", "2e18", "1.#IND", "-1.#INF", "1.#QNAN"] {
+    for bad in ["nan", "inf", "-Infinity", "1e39", "2e12", "1.#IND", "-1.#INF", "1.#QNAN"] {
         let text = format!("{TRIANGLE}v 0 {bad} 0\n");
         let (line, column, message) = refused(format!("{text}f 1 2 4\n"));
         assert_eq!((line, column), (4, 1), "{bad}");
@@ -188,7 +188,7 @@ fn faces_need_finite_vertices() {
         assert_eq!(unused.mesh.positions[3], unused.mesh.positions[1], "{bad}");
         assert_eq!(unused.warnings[0].line, 4);
     }
-    assert_eq!(obj("v 1.8e18 0 0\nf 1 1 1\n").mesh.positions, [[1.8e18, 0.0, 0.0]]);
+    assert_eq!(obj("v 1e12 0 0\nf 1 1 1\n").mesh.positions, [[1e12, 0.0, 0.0]]);
 }
 
 #[test]
