@@ -66,7 +66,7 @@ fn a_large_picture_is_answered_for_in_the_middle_of_its_pass() {
     for signals in [&["INT"][..], &["INT", "TERM"]] {
         let mut render = Running::start(here.path(), &render);
         render.wait_until_it_catches_signals();
-        std::thread::sleep(Duration::from_secs(2));
+        render.wait_until_it_has_worked(Duration::from_secs(3));
         let asked = Instant::now();
         render.send(signals[0]);
         render.hear();
@@ -259,6 +259,15 @@ impl Running {
         std::thread::sleep(Duration::from_millis(100));
     }
 
+    /// Waits until it has had so much more processor time, which may take long on a busy machine.
+    fn wait_until_it_has_worked(&self, time: Duration) {
+        let (start, before) = (Instant::now(), processor_time(self.child.id()));
+        while processor_time(self.child.id()) < before + time {
+            assert!(start.elapsed() < Duration::from_secs(100), "the program does not work");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
     fn send(&self, signal: &str) {
         // The shell's own `kill`: a small system has no program of that name.
         let kill = format!("kill -s {signal} {}", self.child.id());
@@ -315,4 +324,12 @@ fn signals(process: u32, field: &str) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
     let mask = status.lines().find_map(|line| line.strip_prefix(field)).unwrap();
     u64::from_str_radix(mask.trim(), 16).unwrap()
+}
+
+/// Of a process and its threads so far.
+fn processor_time(process: u32) -> Duration {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
+    // behind the name in brackets; user and system time in hundredths of a second
+    let fields: Vec<&str> = stat[stat.rfind(')').unwrap()..].split_whitespace().collect();
+    [12, 13].map(|k| Duration::from_millis(10 * fields[k].parse::<u64>().unwrap())).iter().sum()
 }
