@@ -46,7 +46,10 @@ fn truth(near: f64, far: f64) -> f64 {
     0.5 * RADIANCE * (near * (middle - one) + far * (two - middle))
 }
 
-const WAYS: [(&str, fn(&mut Settings)); 3] = [
+/// How lamps are found, as a change of the settings.
+type Way = (&'static str, fn(&mut Settings));
+
+const WAYS: [Way; 3] = [
     ("BSDF sampling", |s| s.integrator.next_event = false),
     ("next-event estimation", |s| s.integrator.mis = false),
     ("MIS", |_| {}),
