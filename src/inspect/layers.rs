@@ -3,7 +3,7 @@
 use super::Seen;
 use crate::film::image::{Image, Layer};
 use crate::guiding::{Guide, StateKey};
-use crate::integrator::mixture::Mixture;
+use crate::integrator::mixture::GuidedLobes;
 use crate::math::{Rgb, rng::mix};
 use crate::scene::Scene;
 use rayon::prelude::*;
@@ -55,8 +55,9 @@ impl Pixel {
         let Some(seen) = Seen::through(scene, x, y) else { return Pixel::default() };
         let Some(key) = seen.state(guide) else { return Pixel::default() };
         let Some(visits) = guide.visits(key) else { return Pixel::default() };
-        let known = guide.field().summary(key).filter(|_| Mixture::guides(&seen.bsdf, false));
-        Pixel { fraction: known.map_or(0.0, |summary| 1.0 - summary.bsdf_fraction), visits, state: Some(key) }
+        let share = GuidedLobes::of(&seen.bsdf, seen.si.frame.to_local(seen.wo), false).share();
+        let fraction = guide.field().summary(key).map_or(0.0, |summary| share * (1.0 - summary.bsdf_fraction));
+        Pixel { fraction, visits, state: Some(key) }
     }
 }
 
