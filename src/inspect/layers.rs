@@ -17,7 +17,7 @@ pub struct Layers {
 
 #[derive(Clone, Copy, Default)]
 struct Pixel {
-    /// Share of directions that the guide draws.
+    /// Share of directions that the guide draws: all of the guided lobes' that the BSDF leaves to it.
     fraction: f32,
     visits: f32,
     state: Option<StateKey>,

@@ -100,8 +100,7 @@ pub(super) fn record(waves: &[Vertices], buffers: &mut [Vec<Followed>; 2], recor
         before.resize(if depth == 0 { 0 } else { waves[depth - 1].arrivals.len() }, Followed::default());
         for (i, behind) in followed.iter().enumerate() {
             let (arrival, expected) = (wave.arrivals.get(i), wave.expected[i]);
-            let arrived =
-                wave.local[i] + (expected.radiance + behind.radiance * expected.rest);
+            let arrived = wave.local[i] + (expected.radiance + behind.radiance * expected.rest);
             let rays = 1.0 + behind.rays;
             push(recorder, &arrival, luminance(arrived), rays);
             if let Some(parent) = before.get_mut(arrival.parent as usize) {

@@ -7,6 +7,7 @@ mod common;
 mod convergence;
 mod determinism;
 mod instances;
+mod large;
 mod paper;
 mod persistence;
 mod references;

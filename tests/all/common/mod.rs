@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "every test binary is compiled with all of this and needs a part of it")]
 
+pub mod hall;
 pub mod still_life;
 
 use phototaxis::film::accumulate::Estimate;
