@@ -1,6 +1,6 @@
 //! Lambert's law.
 
-use super::{BLACK, Bsdf, BsdfSample, Scatter, mirrored};
+use super::{BLACK, Bsdf, BsdfSample, DIFFUSE, Scatter, mirrored};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes};
@@ -38,7 +38,7 @@ impl Scatter for Diffuse {
     }
 
     fn roughness(&self) -> f32 {
-        1.0
+        DIFFUSE
     }
 }
 

@@ -1,6 +1,6 @@
 //! Leaves and paper: Lambertian on both sides.
 
-use super::{BLACK, BsdfSample, Scatter, choice};
+use super::{BLACK, BsdfSample, DIFFUSE, Scatter, choice};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use glam::Vec3;
@@ -42,6 +42,6 @@ impl Scatter for DiffuseTransmitter {
     }
 
     fn roughness(&self) -> f32 {
-        1.0
+        DIFFUSE
     }
 }

@@ -83,8 +83,24 @@ trait Scatter {
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32);
     fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample>;
     fn albedo(&self, wo: Vec3) -> Rgb;
+    /// Of the sharpest smooth lobe; [`DIFFUSE`] where no lobe is a microfacet's.
     fn roughness(&self) -> f32;
+
+    fn sharp_probability(&self, _wo: Vec3, alpha: f32) -> f32 {
+        if self.roughness() < alpha { 1.0 } else { 0.0 }
+    }
+
+    fn eval_pdf_rough(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
+        if self.roughness() < alpha { BLACK } else { self.eval_pdf(wo, wi) }
+    }
+
+    fn diffuse_albedo(&self, _wo: Vec3) -> Rgb {
+        Rgb::ZERO
+    }
 }
+
+/// The roughness of diffuse lobes, rougher than any microfacet distribution.
+pub const DIFFUSE: f32 = f32::INFINITY;
 
 /// The kinds of scattering at one point of a surface: textures are evaluated, tables are borrowed.
 #[derive(Clone, Copy, Debug)]
@@ -204,6 +220,36 @@ impl<'s> Bsdf<'s> {
         self.diffuse().map(|diffuse| diffuse.reflectance)
     }
 
+    /// Probability with which [`Self::sample`] draws from a lobe of less roughness than `alpha` > 0, delta lobes included:
+    /// it does where `u_lobe` is below this number. 1 where `wo` is on the side that scatters nothing.
+    #[inline]
+    pub fn sharp_probability(&self, wo: Vec3, alpha: f32) -> f32 {
+        if self.model.is_diffuse() { 0.0 } else { self.sharp_probability_other(wo, alpha) }
+    }
+
+    /// As much of [`Self::eval_pdf`] as is of lobes with at least the roughness `alpha`; with [`DIFFUSE`], of diffuse ones.
+    /// The density integrates to at most 1 − [`Self::sharp_probability`].
+    #[inline]
+    pub fn eval_pdf_rough(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
+        let (wo, wi) = if self.turned(wo) { (mirrored(wo), mirrored(wi)) } else { (wo, wi) };
+        match self.diffuse() {
+            Some(b) => b.eval_pdf(wo, wi),
+            None => self.eval_pdf_rough_other(wo, wi, alpha),
+        }
+    }
+
+    /// As much of [`Self::albedo`] as is of lobes that follow Lambert's law on the side of `wo`, but for the Fresnel
+    /// transmittance of a coat or the grazing angles of the principled model's base. Black for translucent kinds.
+    #[inline]
+    pub fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
+        let wo = if self.turned(wo) { mirrored(wo) } else { wo };
+        let albedo = match self.diffuse() {
+            Some(b) => b.albedo(wo),
+            None => self.diffuse_albedo_other(wo),
+        };
+        albedo.clamp(Rgb::ZERO, Rgb::ONE)
+    }
+
     /// Lowest roughness alpha of the smooth lobes, at most 1; 1 for diffuse kinds, 0 without smooth lobes.
     #[inline]
     pub fn roughness(&self) -> f32 {
@@ -240,6 +286,22 @@ impl<'s> Bsdf<'s> {
     #[inline(never)]
     fn albedo_other(&self, wo: Vec3) -> Rgb {
         each!(self.kind(), b => b.albedo(wo))
+    }
+
+    #[inline(never)]
+    fn sharp_probability_other(&self, wo: Vec3, alpha: f32) -> f32 {
+        let wo = if self.turned(wo) { mirrored(wo) } else { wo };
+        each!(self.kind(), b => b.sharp_probability(wo, alpha))
+    }
+
+    #[inline(never)]
+    fn eval_pdf_rough_other(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
+        each!(self.kind(), b => b.eval_pdf_rough(wo, wi, alpha))
+    }
+
+    #[inline(never)]
+    fn diffuse_albedo_other(&self, wo: Vec3) -> Rgb {
+        each!(self.kind(), b => b.diffuse_albedo(wo))
     }
 }
 

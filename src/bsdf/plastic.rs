@@ -1,6 +1,6 @@
 //! A diffuse base under a smooth dielectric coat.
 
-use super::{BLACK, BsdfSample, Scatter, choice, fresnel};
+use super::{BLACK, BsdfSample, DIFFUSE, Scatter, choice, fresnel};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use glam::Vec3;
@@ -91,6 +91,19 @@ impl Scatter for Plastic {
     }
 
     fn roughness(&self) -> f32 {
-        1.0
+        DIFFUSE
+    }
+
+    /// That of the coat, which is a delta lobe.
+    fn sharp_probability(&self, wo: Vec3, _alpha: f32) -> f32 {
+        if wo.z <= 0.0 {
+            return 1.0;
+        }
+        let (coat, base) = self.albedos(wo);
+        choice(coat, base).unwrap_or(1.0)
+    }
+
+    fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
+        if wo.z <= 0.0 { Rgb::ZERO } else { self.albedos(wo).1 }
     }
 }

@@ -122,17 +122,7 @@ impl Scatter for Principled<'_> {
     const OPAQUE: bool = true;
 
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
-        let PrincipledLobes { set, facets, coat, .. } = self.lobes;
-        let Some((m, specular_pdf)) = reflection_pdf(facets, wo, wi) else { return BLACK };
-        let (choice, cos_d) = (self.choice(wo), wo.dot(m));
-        let mut value = self.fresnel(cos_d) * (specular_pdf * facets.g1(wi));
-        let mut pdf = choice.specular * specular_pdf + choice.base * square_to_cosine_hemisphere_pdf(wi);
-        value += self.base(wo.z, wi.z, cos_d);
-        if set.clearcoat > 0.0 {
-            value += Rgb::splat(set.clearcoat * coat.eval(wo, wi, m));
-            pdf += choice.coat * coat.pdf(wo, m);
-        }
-        (value, pdf)
+        self.eval_pdf_rough(wo, wi, 0.0)
     }
 
     fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
@@ -140,12 +130,15 @@ impl Scatter for Principled<'_> {
             return None;
         }
         let choice = self.choice(wo);
-        let wi = if u_lobe < choice.specular {
-            sample_reflection(&self.lobes.facets, wo, u)?
-        } else if u_lobe < choice.specular + choice.coat {
+        // the sharper lobe comes first
+        let coat_first = self.lobes.coat.alpha < self.lobes.facets.alpha();
+        let first = if coat_first { choice.coat } else { choice.specular };
+        let wi = if u_lobe >= choice.specular + choice.coat {
+            square_to_cosine_hemisphere(u)
+        } else if (u_lobe < first) == coat_first {
             fresnel::reflect(wo, self.lobes.coat.sample(u)).normalize()
         } else {
-            square_to_cosine_hemisphere(u)
+            sample_reflection(&self.lobes.facets, wo, u)?
         };
         BsdfSample::smooth(wi, self.eval_pdf(wo, wi), 1.0)
     }
@@ -154,13 +147,47 @@ impl Scatter for Principled<'_> {
         if wo.z <= 0.0 {
             return Rgb::ZERO;
         }
-        let base = (1.0 - self.lobes.set.metallic) * self.base_color;
-        self.fresnel(wo.z) + base + Rgb::splat(self.coat_albedo(wo))
+        self.fresnel(wo.z) + self.diffuse_albedo(wo) + Rgb::splat(self.coat_albedo(wo))
     }
 
     fn roughness(&self) -> f32 {
         let alpha = self.lobes.facets.alpha();
         if self.lobes.set.clearcoat > 0.0 { alpha.min(self.lobes.coat.alpha) } else { alpha }
+    }
+
+    fn sharp_probability(&self, wo: Vec3, alpha: f32) -> f32 {
+        if wo.z <= 0.0 {
+            return 1.0;
+        }
+        let choice = self.choice(wo);
+        match (self.lobes.facets.alpha() < alpha, self.lobes.coat.alpha < alpha) {
+            (true, true) => choice.specular + choice.coat,
+            (true, false) => choice.specular,
+            (false, true) => choice.coat,
+            (false, false) => 0.0,
+        }
+    }
+
+    fn eval_pdf_rough(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
+        let PrincipledLobes { set, facets, coat, .. } = self.lobes;
+        let Some((m, specular_pdf)) = reflection_pdf(facets, wo, wi) else { return BLACK };
+        let (choice, cos_d) = (self.choice(wo), wo.dot(m));
+        let (mut value, mut pdf) = BLACK;
+        if facets.alpha() >= alpha {
+            value = self.fresnel(cos_d) * (specular_pdf * facets.g1(wi));
+            pdf = choice.specular * specular_pdf;
+        }
+        pdf += choice.base * square_to_cosine_hemisphere_pdf(wi);
+        value += self.base(wo.z, wi.z, cos_d);
+        if set.clearcoat > 0.0 && coat.alpha >= alpha {
+            value += Rgb::splat(set.clearcoat * coat.eval(wo, wi, m));
+            pdf += choice.coat * coat.pdf(wo, m);
+        }
+        (value, pdf)
+    }
+
+    fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
+        if wo.z > 0.0 { (1.0 - self.lobes.set.metallic) * self.base_color } else { Rgb::ZERO }
     }
 }
 

@@ -23,6 +23,18 @@ impl RoughPlastic<'_> {
         let entering = self.coat.transmittance(wo.z) * self.coat.mean_transmittance();
         (self.coat.reflectance(wo.z) * self.specular, entering * self.base)
     }
+
+    /// The base's share of `eval_pdf`.
+    fn eval_pdf_base(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return BLACK;
+        }
+        let (coat, base) = self.albedos(wo);
+        let Some(p) = choice(coat, base) else { return BLACK };
+        let cosine = square_to_cosine_hemisphere_pdf(wi);
+        let t = self.coat.transmittance(wo.z) * self.coat.transmittance(wi.z);
+        (self.base * (t * cosine), (1.0 - p) * cosine)
+    }
 }
 
 impl Scatter for RoughPlastic<'_> {
@@ -64,5 +76,21 @@ impl Scatter for RoughPlastic<'_> {
 
     fn roughness(&self) -> f32 {
         self.coat.microfacet().alpha()
+    }
+
+    fn sharp_probability(&self, wo: Vec3, alpha: f32) -> f32 {
+        if wo.z <= 0.0 {
+            return 1.0;
+        }
+        let (coat, base) = self.albedos(wo);
+        choice(coat, base).map_or(1.0, |p| if self.roughness() < alpha { p } else { 0.0 })
+    }
+
+    fn eval_pdf_rough(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
+        if self.roughness() < alpha { self.eval_pdf_base(wo, wi) } else { self.eval_pdf(wo, wi) }
+    }
+
+    fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
+        if wo.z <= 0.0 { Rgb::ZERO } else { self.albedos(wo).1 }
     }
 }

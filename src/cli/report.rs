@@ -65,6 +65,8 @@ struct GuideReport {
     bytes: usize,
     /// Share of vertices asked for where the guide knew an answer.
     hit_share: f64,
+    /// Share of the directions drawn at surfaces with smooth lobes that the guide drew.
+    drawn_share: f64,
     /// Whether the guide paid, where that was asked.
     verdict: Option<Verdict>,
 }
@@ -77,6 +79,7 @@ struct Iteration {
     mean_path_length: f64,
     zero_contribution_share: f64,
     usable_states: usize,
+    guide_drawn_share: f64,
     transitions: u64,
 }
 
@@ -139,6 +142,7 @@ impl Report {
                 states: guide.map_or(0, |g| g.states()),
                 bytes: guide.map_or(0, |g| g.bytes()),
                 hit_share: ratio(total.guide_hits, total.guide_queries),
+                drawn_share: ratio(total.guided_directions, total.directions),
                 verdict: rendering.verdict,
             },
             iterations: rendering.iterations.iter().map(Iteration::new).collect(),
@@ -171,10 +175,10 @@ impl Report {
         }
         if self.guide.method != "none" {
             text += &format!(
-                "\nguide: {} states, {:.1} MiB, known at {:.0} % of the vertices, {:.1} s of learning",
+                "\nguide: {} states, {:.1} MiB, drew {:.0} % of the directions, {:.1} s of learning",
                 self.guide.states,
                 self.guide.bytes as f64 / (1 << 20) as f64,
-                100.0 * self.guide.hit_share,
+                100.0 * self.guide.drawn_share,
                 self.learn_seconds,
             );
         }
@@ -194,6 +198,7 @@ impl Iteration {
             mean_path_length: ratio(c.rays, c.paths),
             zero_contribution_share: ratio(c.zero_contribution, c.paths),
             usable_states: report.usable_states,
+            guide_drawn_share: ratio(c.guided_directions, c.directions),
             transitions: c.transitions,
         }
     }

@@ -1,12 +1,13 @@
 //! What the guide knows, pixel by pixel.
 
-use super::Seen;
+use rayon::prelude::*;
 use crate::guiding::{Guide, StateKey};
 use crate::image::{Image, Layer};
-use crate::integrator::mixture::Mixture;
-use crate::math::{Rgb, rng::mix};
+use crate::integrator::mixture::GuidedLobes;
+use crate::math::Rgb;
+use crate::math::rng::mix;
 use crate::scene::Scene;
-use rayon::prelude::*;
+use super::Seen;
 
 /// Of each pixel, what the guide knows at the first surface behind its centre that is neither mirror nor glass.
 pub struct Layers {
@@ -17,7 +18,7 @@ pub struct Layers {
 
 #[derive(Clone, Copy, Default)]
 struct Pixel {
-    /// Share of directions that the guide draws.
+    /// Share of directions that the guide draws: all of the guided lobes' that the BSDF leaves to it.
     fraction: f32,
     visits: f32,
     state: Option<StateKey>,
@@ -55,8 +56,9 @@ impl Pixel {
         let Some(seen) = Seen::through(scene, x, y) else { return Pixel::default() };
         let Some(key) = seen.state(guide) else { return Pixel::default() };
         let Some(visits) = guide.visits(key) else { return Pixel::default() };
-        let known = guide.field().summary(key).filter(|_| Mixture::guides(&seen.bsdf, false));
-        Pixel { fraction: known.map_or(0.0, |summary| 1.0 - summary.bsdf_fraction), visits, state: Some(key) }
+        let share = GuidedLobes::of(&seen.bsdf, seen.si.frame.to_local(seen.wo), false).share();
+        let fraction = guide.field().summary(key).map_or(0.0, |summary| share * (1.0 - summary.bsdf_fraction));
+        Pixel { fraction, visits, state: Some(key) }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::Seen;
 use crate::geometry::Ray;
 use crate::guiding::{Guide, StateView};
-use crate::integrator::mixture::Mixture;
+use crate::integrator::mixture::{GuidedLobes, Mixture};
 use crate::integrator::path::Start;
 use crate::integrator::{Batch, IntegratorSettings, PathIntegrator};
 use crate::math::Frame;
@@ -71,14 +71,15 @@ impl Radiance {
         let view = seen.state(guide).and_then(|key| guide.view(key));
         let normal = view.as_ref().and_then(StateView::normal).unwrap_or(seen.normal());
         let summary = seen.state(guide).and_then(|key| guide.field().summary(key));
-        let summary = summary.filter(|_| Mixture::guides(&seen.bsdf, false));
+        let lobes = GuidedLobes::of(&seen.bsdf, seen.si.frame.to_local(seen.wo), false);
+        let summary = summary.filter(|_| lobes.share() > 0.0);
         let distribution = summary.map(|summary| guide.field().distribution(summary, seen.normal()));
         let fraction = summary.map_or(1.0, |summary| summary.bsdf_fraction);
         let tracer = Tracer {
             integrator: PathIntegrator { scene, settings, guide: None, seed, features: false, bounced: false },
             seen,
             // what paths go on by at the point, as the guide now is
-            mixture: Mixture::new(&seen.bsdf, distribution.as_ref(), fraction),
+            mixture: Mixture::new(&seen.bsdf, distribution.as_ref(), fraction, lobes),
             frame: Frame::from_normal(normal),
             samples,
         };

@@ -11,11 +11,12 @@ pub struct Edge {
     pub wi: PackedDirection,
     /// Shading normal of the last vertex on the side of the path.
     pub normal: PackedDirection,
-    /// Densities of `wi`: of the mixture, of the BSDF alone, of the guide alone (negative where it knew nothing).
+    /// Densities of `wi`: of the mixture, of the BSDF's guided lobes alone, of the guide alone (negative where it knew
+    /// nothing).
     pub pdf: f32,
     pub bsdf_pdf: f32,
     pub guide_pdf: f32,
-    /// Luminance of f·|cosθ| over that of the albedo.
+    /// Luminance of f·|cosθ| over that of the albedo, of the guided lobes; 0 where there are none.
     pub scattered: f32,
 }
 
@@ -24,7 +25,8 @@ pub struct Edge {
 pub struct Arrival {
     /// The last vertex, by its place in its wave.
     pub parent: u32,
-    /// f·|cosθ|/p of the direction, roulette and splitting included.
+    /// f·|cosθ|/p of the direction, roulette and splitting included; without the diffuse lobes where the last vertex has
+    /// others beside them, and expects what its table says of these.
     pub weight: Rgb,
     pub edge: Option<Edge>,
 }

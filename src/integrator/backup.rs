@@ -31,16 +31,18 @@ impl Vertices {
     }
 }
 
-/// ∫ Q f cosθ dω, or what the rule takes for it, and its share against what the path finds.
+/// What a vertex takes from the table instead of from the path.
 #[derive(Clone, Copy, Debug)]
 pub struct Expectation {
+    /// ∫ Q f cosθ dω, or what the rule takes for it, times its share against what the path finds.
     pub radiance: Rgb,
-    pub share: f32,
+    /// How much of what the path finds counts beside it.
+    pub rest: f32,
 }
 
 impl Expectation {
     /// Where the table cannot say.
-    pub const NONE: Expectation = Expectation { radiance: Rgb::ZERO, share: 0.0 };
+    pub const NONE: Expectation = Expectation { radiance: Rgb::ZERO, rest: 1.0 };
 
     /// `irradiance` and `peak` as in a guide's summary of a state with `visits`, `reflectance` that of a Lambertian
     /// surface.
@@ -51,13 +53,27 @@ impl Expectation {
         (irradiance, peak, visits): (f32, f32, f32),
         reflectance: Rgb,
     ) -> Option<Expectation> {
-        let (e, share) = match rule {
-            LearningRule::MonteCarlo => return None,
-            LearningRule::ExpectedSarsa => (irradiance, 1.0),
-            LearningRule::QLearning => (peak, 1.0),
-            LearningRule::Blend => (irradiance, visits / (visits + blend_visits)),
-        };
-        Some(Expectation { radiance: reflectance * (std::f32::consts::FRAC_1_PI * e), share })
+        let share = Expectation::share(rule, blend_visits, visits)?;
+        let e = if rule == LearningRule::QLearning { peak } else { irradiance };
+        let radiance = reflectance * (std::f32::consts::FRAC_1_PI * e);
+        Some(Expectation { radiance: radiance * share, rest: 1.0 - share })
+    }
+
+    /// The share of a state's table in what is learnt at a vertex in it, against what the path finds; `None` where only
+    /// the path counts.
+    #[inline]
+    pub fn share(rule: LearningRule, blend_visits: f32, visits: f32) -> Option<f32> {
+        match rule {
+            LearningRule::MonteCarlo => None,
+            LearningRule::ExpectedSarsa | LearningRule::QLearning => Some(1.0),
+            LearningRule::Blend => Some(visits / (visits + blend_visits)),
+        }
+    }
+
+    /// The same where it is that of some lobes only. The weights of what the path finds are to leave out what is expected.
+    #[inline]
+    pub fn of_a_part(self) -> Expectation {
+        Expectation { rest: 1.0, ..self }
     }
 }
 
@@ -72,8 +88,8 @@ pub(super) struct Followed {
 ///
 /// G(x) = local(y) + share · ∫ Q f cosθ + (1 − share) · Σ weight · G(y)
 ///
-/// Share 1 is the expected SARSA of Dahm & Keller (2017), 0 the Monte Carlo return. Where the table cannot say what
-/// to expect (a mirror, glass, a glossy surface, a state not met before), it is 0.
+/// Share 1 is the expected SARSA of Dahm & Keller (2017), 0 the Monte Carlo return. The table can say what to expect of
+/// diffuse lobes; of others (mirrors, glass, gloss), and in a state not met before, the share is 0.
 pub(super) fn record(waves: &[Vertices], buffers: &mut [Vec<Followed>; 2], recorder: &mut Recorder) {
     let [followed, before] = buffers;
     followed.clear();
@@ -84,8 +100,7 @@ pub(super) fn record(waves: &[Vertices], buffers: &mut [Vec<Followed>; 2], recor
         before.resize(if depth == 0 { 0 } else { waves[depth - 1].arrivals.len() }, Followed::default());
         for (i, behind) in followed.iter().enumerate() {
             let (arrival, expected) = (wave.arrivals.get(i), wave.expected[i]);
-            let arrived =
-                wave.local[i] + (expected.radiance * expected.share + behind.radiance * (1.0 - expected.share));
+            let arrived = wave.local[i] + (expected.radiance + behind.radiance * expected.rest);
             let rays = 1.0 + behind.rays;
             push(recorder, &arrival, luminance(arrived), rays);
             if let Some(parent) = before.get_mut(arrival.parent as usize) {

@@ -269,6 +269,9 @@ pub struct Counters {
     /// Vertices where the guide was asked, and where it knew an answer.
     pub guide_queries: u64,
     pub guide_hits: u64,
+    /// Directions drawn at surfaces with smooth lobes, and those of them that the guide drew.
+    pub directions: u64,
+    pub guided_directions: u64,
     /// Transitions recorded.
     pub transitions: u64,
     /// NaN or infinite samples; they count as black.
@@ -290,6 +293,8 @@ impl Counters {
         self.zero_contribution += other.zero_contribution;
         self.guide_queries += other.guide_queries;
         self.guide_hits += other.guide_hits;
+        self.directions += other.directions;
+        self.guided_directions += other.guided_directions;
         self.transitions += other.transitions;
         self.non_finite += other.non_finite;
         self.first_non_finite = self.first_non_finite.or(other.first_non_finite);

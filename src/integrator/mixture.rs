@@ -1,5 +1,8 @@
 //! The mixture of BSDF and guide: the one place where a path's directions are drawn and their density is known.
 //!
+//! A guide stands in for the rough lobes of a BSDF only. Sharp lobes are drawn as often as without a guide; of the
+//! directions that the rough ones would draw, the guide draws a share.
+//!
 //! Next-event estimation asks the same `pdf` that `sample` draws from, so its weights are exact.
 
 use crate::bsdf::Bsdf;
@@ -8,18 +11,63 @@ use crate::guiding::GuidingDistribution;
 use crate::math::{Rgb, rng::Rng};
 use glam::Vec3;
 
-/// BSDFs with a sharper lobe than this are left to their own sampling: strata are too wide for them.
+/// Lobes of less roughness than this are left to the BSDF's own sampling: strata are too wide for them.
 const MIN_GUIDED_ROUGHNESS: f32 = 0.3;
 
 /// With the product of guide and BSDF, down to about the width of a tree's smallest cells.
 const MIN_PRODUCT_ROUGHNESS: f32 = 0.05;
+
+/// The largest number below 1.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// The lobes of a BSDF for which a guide may stand in: those of at least a certain roughness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuidedLobes {
+    /// The least roughness.
+    alpha: f32,
+    /// Probability that the BSDF by itself draws from another lobe.
+    sharp: f32,
+}
+
+impl GuidedLobes {
+    /// All lobes, of Lambert's law for example.
+    pub const ALL: GuidedLobes = GuidedLobes { alpha: 0.0, sharp: 0.0 };
+
+    /// Of a BSDF seen from `wo` (shading frame). `product`: directions are drawn from the product of guide and BSDF, which
+    /// helps sharper lobes too.
+    #[inline]
+    pub fn of(bsdf: &Bsdf, wo: Vec3, product: bool) -> GuidedLobes {
+        let alpha = if product { MIN_PRODUCT_ROUGHNESS } else { MIN_GUIDED_ROUGHNESS };
+        GuidedLobes { alpha, sharp: bsdf.sharp_probability(wo, alpha) }
+    }
+
+    /// Probability that the BSDF by itself draws from one of these lobes; 0 where a guide cannot help.
+    #[inline(always)]
+    pub fn share(&self) -> f32 {
+        1.0 - self.sharp
+    }
+
+    /// Probability that the BSDF by itself draws from another lobe.
+    #[inline(always)]
+    pub fn sharp(&self) -> f32 {
+        self.sharp
+    }
+
+    /// Value f·|cosθ| of these lobes and their part in the BSDF's density; both directions in the shading frame. `whole` is
+    /// what the BSDF itself gives.
+    #[inline(always)]
+    pub fn eval_pdf(&self, bsdf: &Bsdf, wo: Vec3, wi: Vec3, whole: (Rgb, f32)) -> (Rgb, f32) {
+        if self.sharp == 0.0 { whole } else { bsdf.eval_pdf_rough(wo, wi, self.alpha) }
+    }
+}
 
 /// How directions are chosen at one vertex.
 #[derive(Clone, Copy)]
 pub struct Mixture<'a> {
     bsdf: &'a Bsdf<'a>,
     guide: Option<&'a GuidingDistribution<'a>>,
-    /// Probability of sampling the BSDF; 1 without a guide.
+    lobes: GuidedLobes,
+    /// Of the directions of the guided lobes, the share that the BSDF keeps; 1 without a guide.
     bsdf_fraction: f32,
 }
 
@@ -37,37 +85,49 @@ pub struct DirectionSample {
 #[derive(Clone, Copy, Debug)]
 pub struct Densities {
     pub mixture: f32,
+    /// Of the BSDF's guided lobes by themselves; of all of them where none is guided.
     pub bsdf: f32,
     /// Negative without a guide.
     pub guide: f32,
 }
 
 impl Densities {
-    /// Where the BSDF keeps a share of the directions.
+    /// Where the BSDF keeps a share of the directions, and all of its lobes are guided.
     #[inline(always)]
     pub fn mixed(bsdf_fraction: f32, bsdf: f32, guide: f32) -> Densities {
         Densities { mixture: bsdf_fraction * bsdf + (1.0 - bsdf_fraction) * guide, bsdf, guide }
     }
-
-    /// Without a guide.
-    #[inline(always)]
-    pub fn plain(bsdf: f32) -> Densities {
-        Densities { mixture: bsdf, bsdf, guide: -1.0 }
-    }
 }
 
 impl<'a> Mixture<'a> {
-    /// `guide` is what the state knows, `bsdf_fraction` the share that the BSDF keeps where there is a guide.
+    /// `guide` is what the state knows, `bsdf_fraction` the share of the guided lobes' directions that the BSDF keeps where
+    /// there is a guide.
     #[inline]
-    pub fn new(bsdf: &'a Bsdf<'a>, guide: Option<&'a GuidingDistribution<'a>>, bsdf_fraction: f32) -> Mixture<'a> {
+    pub fn new(
+        bsdf: &'a Bsdf<'a>,
+        guide: Option<&'a GuidingDistribution<'a>>,
+        bsdf_fraction: f32,
+        lobes: GuidedLobes,
+    ) -> Mixture<'a> {
         let bsdf_fraction = if guide.is_some() { bsdf_fraction } else { 1.0 };
-        Mixture { bsdf, guide, bsdf_fraction }
+        Mixture { bsdf, guide, lobes, bsdf_fraction }
     }
 
-    /// Whether a guide can help this BSDF; with the product, a sharper one.
-    #[inline]
-    pub fn guides(bsdf: &Bsdf, product: bool) -> bool {
-        bsdf.roughness() >= if product { MIN_PRODUCT_ROUGHNESS } else { MIN_GUIDED_ROUGHNESS }
+    /// Whether the BSDF has smooth lobes: else a guide could not help.
+    #[inline(always)]
+    pub fn is_smooth(&self) -> bool {
+        self.bsdf.has_smooth()
+    }
+
+    /// Probability that the guide draws.
+    #[inline(always)]
+    pub fn guide_probability(&self) -> f32 {
+        1.0 - self.bsdf_probability()
+    }
+
+    #[inline(always)]
+    fn bsdf_probability(&self) -> f32 {
+        self.lobes.sharp + self.bsdf_fraction * self.lobes.share()
     }
 
     /// Value f·|cosθ| of the BSDF's smooth lobes and density of the mixture at `wi` (world space).
@@ -76,56 +136,95 @@ impl<'a> Mixture<'a> {
         if !si.consistent(wi) {
             return (Rgb::ZERO, 0.0);
         }
-        let (f, pdf) = self.bsdf.eval_pdf(wo, si.frame.to_local(wi));
-        (f, self.density(pdf, wi))
+        let local = si.frame.to_local(wi);
+        let (f, pdf) = self.bsdf.eval_pdf(wo, local);
+        let mixture = self.guide.map_or(pdf, |guide| self.densities(wo, local, (f, pdf), guide.pdf(wi)).mixture);
+        (f, mixture)
     }
 
-    /// Density of the mixture at `wi` (world space), where the BSDF has the density `bsdf`.
+    /// Densities of the direction `wi` (shading frame), where the BSDF is `whole` and the guide has the density `guide`,
+    /// negative where there is none.
     #[inline(always)]
-    pub fn density(&self, bsdf: f32, wi: Vec3) -> f32 {
-        self.densities(bsdf, wi).mixture
-    }
-
-    #[inline(always)]
-    fn densities(&self, bsdf: f32, wi: Vec3) -> Densities {
-        match self.guide {
-            Some(guide) => Densities::mixed(self.bsdf_fraction, bsdf, guide.pdf(wi)),
-            None => Densities::plain(bsdf),
+    fn densities(&self, wo: Vec3, wi: Vec3, whole: (Rgb, f32), guide: f32) -> Densities {
+        let (pdf, share) = (whole.1, self.lobes.share());
+        if share == 0.0 {
+            return Densities { mixture: pdf, bsdf: pdf, guide };
         }
+        let rough = self.lobes.eval_pdf(self.bsdf, wo, wi, whole).1.min(pdf);
+        let bsdf = rough / share;
+        if guide < 0.0 {
+            return Densities { mixture: pdf, bsdf, guide };
+        }
+        let mixed = Densities::mixed(self.bsdf_fraction, rough, share * guide);
+        Densities { mixture: mixed.mixture + (pdf - rough), bsdf, guide }
+    }
+
+    /// Whether the guide is to draw the next direction: the number by which it chooses a cell.
+    #[inline(always)]
+    pub fn choose_guide(&self, rng: &mut Rng) -> Option<f64> {
+        self.guide?;
+        // the same numbers whoever draws, so that a packet draws them side by side
+        let (chosen, cell) = (rng.f32(), rng.f64());
+        (chosen >= self.bsdf_probability()).then_some(cell)
     }
 
     /// Draws a direction. `wo` is in the shading frame. `None` where the path ends.
     #[inline(always)]
     pub fn sample(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
-        let Some(guide) = self.guide else { return self.sample_bsdf(si, wo, rng) };
-        // the same numbers whoever draws, so that a packet draws them side by side
-        let (chosen, cell) = (rng.f32(), rng.f64());
-        if chosen < self.bsdf_fraction {
-            return self.sample_bsdf(si, wo, rng);
-        }
+        let cell = self.choose_guide(rng);
+        self.sample_by(cell, si, wo, rng)
+    }
+
+    /// Draws a direction from whom [`Self::choose_guide`] has chosen.
+    #[inline(always)]
+    pub fn sample_by(
+        &self,
+        cell: Option<f64>,
+        si: &SurfaceInteraction,
+        wo: Vec3,
+        rng: &mut Rng,
+    ) -> Option<DirectionSample> {
+        let (Some(guide), Some(cell)) = (self.guide, cell) else { return self.sample_bsdf(si, wo, rng) };
         let (wi, guide_pdf) = guide.sample(cell, rng.f32x2());
         if !si.consistent(wi) {
             return None;
         }
-        let (f, bsdf_pdf) = self.bsdf.eval_pdf(wo, si.frame.to_local(wi));
-        let pdf = Densities::mixed(self.bsdf_fraction, bsdf_pdf, guide_pdf);
+        let local = si.frame.to_local(wi);
+        let (f, bsdf_pdf) = self.bsdf.eval_pdf(wo, local);
+        let pdf = self.densities(wo, local, (f, bsdf_pdf), guide_pdf);
         (f != Rgb::ZERO && pdf.mixture > 0.0).then(|| DirectionSample { wi, weight: f / pdf.mixture, pdf: Some(pdf) })
     }
 
     #[inline(always)]
     fn sample_bsdf(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
         // Lambert's law has one lobe
-        let lobe = if self.bsdf.lambertian().is_some() { 0.0 } else { rng.f32() };
+        let lobe = if self.bsdf.lambertian().is_some() { 0.0 } else { self.lobe(rng.f32()) };
         let drawn = self.bsdf.sample(wo, lobe, rng.f32x2())?;
         let wi = si.frame.to_world(drawn.wi);
         if !si.consistent(wi) || drawn.weight == Rgb::ZERO {
             return None;
         }
         if drawn.delta {
-            return Some(DirectionSample { wi, weight: drawn.weight / self.bsdf_fraction, pdf: None });
+            // delta lobes are sharp, and drawn as often as without a guide
+            return Some(DirectionSample { wi, weight: drawn.weight, pdf: None });
         }
-        let pdf = self.densities(drawn.pdf, wi);
+        let guide_pdf = self.guide.map_or(-1.0, |guide| guide.pdf(wi));
+        let pdf = self.densities(wo, drawn.wi, (drawn.weight * drawn.pdf, drawn.pdf), guide_pdf);
         Some(DirectionSample { wi, weight: drawn.weight * (drawn.pdf / pdf.mixture), pdf: Some(pdf) })
+    }
+
+    /// The number by which the BSDF chooses its lobe, from a uniform one: given that the guide does not draw, sharp lobes
+    /// are the more probable the more of the others' directions the guide draws.
+    #[inline(always)]
+    fn lobe(&self, u: f32) -> f32 {
+        let (sharp, chosen) = (self.lobes.sharp, u * self.bsdf_probability());
+        if self.guide.is_none() || sharp == 0.0 {
+            u
+        } else if chosen < sharp {
+            chosen
+        } else {
+            (sharp + (chosen - sharp) / self.bsdf_fraction).min(BELOW_ONE)
+        }
     }
 }
 

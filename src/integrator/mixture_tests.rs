@@ -1,11 +1,11 @@
-use super::*;
 use crate::bsdf::{BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution as Distribution};
 use crate::geometry::{Hit, Mesh};
-use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use crate::guiding::{Guide, PackedDirection, Recorder, Summary, Transition};
-use crate::math::warp;
+use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
+use crate::math::{luminance, warp};
 use crate::stats::{Chi2Report, DirectionTest, Domain, sidak};
 use crate::texture::ColorTexture;
+use super::*;
 
 /// False alarm of all samplers together.
 const LEVEL: f64 = 1e-6;
@@ -29,17 +29,46 @@ fn paper() -> BsdfModel {
     model(BsdfDescription::DiffuseTransmitter { reflectance: WHITE, transmittance: WHITE })
 }
 
-/// A coat over a diffuse base: a delta lobe beside a smooth one.
-fn coated() -> BsdfModel {
+/// A coat over a diffuse base; of roughness 0, a delta lobe beside a smooth one.
+fn coated(alpha: f32) -> BsdfModel {
     model(BsdfDescription::Plastic {
         reflectance: WHITE,
         specular_reflectance: Rgb::ONE,
         int_ior: 1.5,
         ext_ior: 1.0,
-        alpha: 0.0,
+        alpha,
         distribution: Distribution::Ggx,
         nonlinear: false,
     })
+}
+
+/// A diffuse base, a specular lobe of alpha = roughness², and a coat of alpha 0.07, which is sharper.
+fn principled(roughness: f32) -> BsdfModel {
+    model(BsdfDescription::Principled {
+        base_color: WHITE,
+        metallic: 0.2,
+        roughness,
+        specular: 0.7,
+        spec_tint: 0.4,
+        clearcoat: 0.8,
+        clearcoat_gloss: 0.3,
+        sheen: 0.5,
+        sheen_tint: 0.6,
+    })
+}
+
+/// What a guide can help with: all lobes of the first three, of the others the diffuse one, of the last the specular one
+/// too.
+fn models() -> [(&'static str, BsdfModel); 7] {
+    [
+        ("diffuse", diffuse()),
+        ("metal", metal(0.4)),
+        ("paper", paper()),
+        ("plastic", coated(0.0)),
+        ("rough plastic", coated(0.25)),
+        ("principled", principled(0.5)),
+        ("rough principled", principled(0.8)),
+    ]
 }
 
 /// A point on a flat triangle with normal `n`, seen from `wo`.
@@ -116,12 +145,13 @@ impl Vertex {
     }
 
     fn mixture<'a>(&self, bsdf: &'a Bsdf<'a>, guide: &'a GuidingDistribution<'a>, fraction: f32) -> Mixture<'a> {
-        Mixture::new(bsdf, Some(guide).filter(|_| Mixture::guides(bsdf, false)), fraction)
+        let lobes = GuidedLobes::of(bsdf, self.wo, false);
+        Mixture::new(bsdf, Some(guide).filter(|_| lobes.share() > 0.0), fraction, lobes)
     }
 
     /// `wrong` turns what the density is asked for; nothing for the truth.
     fn chi2(&self, mixture: &Mixture, rng: &mut Rng, wrong: impl Fn(Vec3) -> Vec3) -> Chi2Report {
-        let test = DirectionTest { cos_bins: 12, phi_bins: 16, samples: 60_000, depth: 2, domain: Domain::Sphere };
+        let test = DirectionTest { cos_bins: 12, phi_bins: 16, samples: 60_000, depth: 3, domain: Domain::Sphere };
         let sample = || mixture.sample(&self.si, self.wo, rng).filter(|s| s.pdf.is_some()).map(|s| s.wi);
         // directions that the guide draws and the BSDF does not reflect are lost
         test.run(sample, |wi| {
@@ -134,7 +164,7 @@ impl Vertex {
 #[test]
 fn directions_follow_the_density_of_the_whole_mixture() {
     let mut rng = Rng::new(1);
-    let models = [("diffuse", diffuse()), ("metal", metal(0.4)), ("paper", paper()), ("coated", coated())];
+    let models = models();
     let fractions = [0.05, 0.3, 0.5, 1.0];
     let level = sidak(LEVEL, TABLES.len() * models.len() * fractions.len());
     for ((name, model), table) in models.iter().flat_map(|model| TABLES.map(|table| (model, table))) {
@@ -144,6 +174,7 @@ fn directions_follow_the_density_of_the_whole_mixture() {
             let guide = vertex.guide();
             let mixture = vertex.mixture(&bsdf, &guide, fraction);
             assert!(mixture.guide.is_some());
+            assert_eq!(mixture.lobes.sharp() > 0.0, !["diffuse", "metal", "paper"].contains(name), "{name}");
             let report = vertex.chi2(&mixture, &mut rng, |wi| wi);
             assert!(report.passes(level), "{name}, {table:?}, BSDF share {fraction}: {report}");
             let turned = crate::math::Frame::from_normal(Vec3::new(0.1, 0.05, 0.99).normalize());
@@ -174,8 +205,7 @@ fn another_share_of_the_bsdf_is_another_density() {
 #[test]
 fn weights_are_value_over_density() {
     let mut rng = Rng::new(3);
-    for (model, table) in [diffuse(), metal(0.4), paper(), coated()].iter().flat_map(|m| TABLES.map(|table| (m, table)))
-    {
+    for ((name, model), table) in models().iter().flat_map(|model| TABLES.map(|table| (model, table))) {
         let bsdf = model.at(COLORS);
         for fraction in [0.05, 0.3, 1.0] {
             let vertex = Vertex::random(table, &mut rng);
@@ -184,8 +214,11 @@ fn weights_are_value_over_density() {
             for _ in 0..500 {
                 let Some(s) = mixture.sample(&vertex.si, vertex.wo, &mut rng) else { continue };
                 let Some(drawn) = s.pdf else { continue };
-                let parts = fraction * drawn.bsdf + (1.0 - fraction) * drawn.guide;
-                assert!((parts / drawn.mixture - 1.0).abs() < 1e-5, "{drawn:?} at a share of {fraction}");
+                let (share, wi) = (mixture.lobes.share(), vertex.si.frame.to_local(s.wi));
+                let sharp = bsdf.pdf(vertex.wo, wi) - share * drawn.bsdf;
+                let parts = share * (fraction * drawn.bsdf + (1.0 - fraction) * drawn.guide) + sharp;
+                let near = (parts / drawn.mixture - 1.0).abs() < 1e-3;
+                assert!(near, "{name}: {drawn:?}, {sharp} of sharp lobes, at a share of {fraction}");
                 let drawn = drawn.mixture;
                 let (f, pdf) = mixture.eval_pdf(&vertex.si, vertex.wo, s.wi);
                 assert!((drawn / pdf - 1.0).abs() < 1e-3, "{drawn} drawn, {pdf} asked for");
@@ -199,7 +232,7 @@ fn weights_are_value_over_density() {
 fn delta_lobes_keep_their_light_whatever_the_share() {
     // E[weight] of the coat's reflection is its Fresnel reflectance, guided or not
     let mut rng = Rng::new(4);
-    let model = coated();
+    let model = coated(0.0);
     let bsdf = model.at(COLORS);
     let vertex = Vertex::random(DirectionTable::Tree, &mut rng);
     let reflected = |fraction: f32, rng: &mut Rng| {
@@ -216,6 +249,51 @@ fn delta_lobes_keep_their_light_whatever_the_share() {
     let z = (plain.mean - guided.mean) / plain.std_error().hypot(guided.std_error());
     println!("reflected by the coat: {:.4} unguided, {:.4} guided, z = {z:.2}", plain.mean, guided.mean);
     assert!(plain.mean > 0.01 && z.abs() < 5.0);
+}
+
+#[test]
+fn sharp_lobes_are_drawn_as_often_as_without_a_guide() {
+    let mut rng = Rng::new(6);
+    let vertex = Vertex::random(DirectionTable::Tree, &mut rng);
+    for (name, model) in models() {
+        let (bsdf, guide, n) = (model.at(COLORS), vertex.guide(), 200_000);
+        for fraction in [0.05, 0.3, 0.7] {
+            let mixture = vertex.mixture(&bsdf, &guide, fraction);
+            let (mut by_guide, mut sharp) = (0, 0);
+            for _ in 0..n {
+                match mixture.choose_guide(&mut rng) {
+                    Some(_) => by_guide += 1,
+                    None => sharp += u32::from(mixture.lobe(rng.f32()) < mixture.lobes.sharp()),
+                }
+            }
+            let guided = (1.0 - fraction) * mixture.lobes.share();
+            for (what, count, p) in [("guide", by_guide, guided), ("sharp lobes", sharp, mixture.lobes.sharp())] {
+                // six standard deviations of a binomial: false alarm 2·10⁻⁹ each
+                let sigma = (n as f32 * p * (1.0 - p)).sqrt();
+                let off = (count as f32 - n as f32 * p).abs();
+                assert!(off <= 6.0 * sigma, "{name}, share {fraction}: {count} by the {what}, p = {p}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_product_helps_is_drawn_by_its_density_too() {
+    let mut rng = Rng::new(7);
+    let models = [("sharp coat", coated(0.01)), ("coat", coated(0.15)), ("principled", principled(0.5))];
+    let level = sidak(LEVEL, models.len());
+    for (name, model) in &models {
+        let (bsdf, vertex) = (model.at(COLORS), Vertex::random(DirectionTable::Tree, &mut rng));
+        let lobes = GuidedLobes::of(&bsdf, vertex.wo, true);
+        assert_eq!(lobes.sharp() > 0.0, *name == "sharp coat", "{name}");
+        let guide = vertex.guide().times(|w| {
+            let wi = vertex.si.frame.to_local(w);
+            luminance(lobes.eval_pdf(&bsdf, vertex.wo, wi, bsdf.eval_pdf(vertex.wo, wi)).0) / wi.z.abs().max(1e-3)
+        });
+        let mixture = Mixture::new(&bsdf, Some(&guide), 0.3, lobes);
+        let report = vertex.chi2(&mixture, &mut rng, |wi| wi);
+        assert!(report.passes(level), "{name}: {report}");
+    }
 }
 
 #[test]

@@ -31,11 +31,17 @@ impl Tiling {
         Tiling { width, height, side, samples }
     }
 
-    /// All tasks of a pass, row by row.
+    /// All tasks of a pass, in an order of which every stretch covers the picture evenly: a guide that has learnt enough
+    /// before a pass ends has then learnt from all of the picture. Each pass begins elsewhere in that order, so that such
+    /// a guide does not learn from the same tiles again and again.
     pub fn pass(&self, first_sample: u32, samples: u32) -> Vec<Task> {
         let (columns, rows) = self.size_in_tiles();
-        let task = |i: u32| Task { tile: self.tile(i % columns, i / columns), first_sample, samples };
-        (0..columns * rows).map(task).collect()
+        let mut tiles: Vec<(u32, u32)> =
+            (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))).collect();
+        tiles.sort_unstable_by_key(|&(column, row)| dither(column, row));
+        let first = start(first_sample, tiles.len());
+        tiles.rotate_left(first);
+        tiles.into_iter().map(|(x, y)| Task { tile: self.tile(x, y), first_sample, samples }).collect()
     }
 
     /// All tasks of a render block by block, from the middle outwards; a block takes all of its `spp` samples before
@@ -89,6 +95,20 @@ fn gather(groups: impl Iterator<Item = Vec<Task>>, paths: usize) -> Vec<Vec<Task
     joined
 }
 
+/// The threshold of a cell in an ordered dither of unlimited size (Bayer 1973): the bits of its place, interleaved, the
+/// lowest first. Cells in the order of their thresholds fill the plane evenly, at any time and at every scale.
+fn dither(column: u32, row: u32) -> u64 {
+    let bits = |k: u32| u64::from((column ^ row) >> k & 1) << 1 | u64::from(row >> k & 1);
+    (0..u32::BITS).fold(0, |key, k| key << 2 | bits(k))
+}
+
+/// Where the pass that begins with this sample starts in an order of `tiles` tiles. Multiples of the golden ratio, modulo
+/// 1, keep apart from each other however many they are.
+fn start(first_sample: u32, tiles: usize) -> usize {
+    const GOLDEN: u32 = 0x9e37_79b9;
+    (u64::from(first_sample.wrapping_mul(GOLDEN)) * tiles as u64 >> 32) as usize
+}
+
 /// The cells of a grid from its middle outwards, turn by turn.
 fn spiral(columns: u32, rows: u32) -> Vec<(u32, u32)> {
     let cells = columns as usize * rows as usize;
@@ -139,6 +159,51 @@ mod tests {
             }
             assert!(seen.iter().all(|&n| n == 1), "{width}×{height}");
         }
+    }
+
+    /// Largest difference, in tiles, between how many of a stretch of a pass lie in a part of the picture and how many
+    /// would if they were spread evenly. The parts are thirds and halves of the picture, across and down.
+    fn unevenness(tiling: &Tiling, order: &[Task]) -> f64 {
+        let (columns, rows) = tiling.size_in_tiles();
+        let mut worst = 0.0f64;
+        for (parts, part) in [2, 3].into_iter().flat_map(|parts| (0..parts).map(move |part| (parts, part))) {
+            let within = |at: u32, side: u32| at * parts / side == part;
+            let across = |t: &Task| within(t.tile.x / tiling.side, columns);
+            let down = |t: &Task| within(t.tile.y / tiling.side, rows);
+            for is_in in [&across as &dyn Fn(&Task) -> bool, &down] {
+                let share = order.iter().filter(|task| is_in(task)).count() as f64 / order.len() as f64;
+                let mut count = 0;
+                for (length, task) in (1..).zip(order) {
+                    count += u32::from(is_in(task));
+                    worst = worst.max((f64::from(count) - share * f64::from(length)).abs());
+                }
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn every_stretch_of_a_pass_covers_the_picture_evenly() {
+        for (width, height) in [(320, 180), (720, 1280), (1280, 720), (1920, 1080), (3840, 2160)] {
+            let tiling = Tiling::new(width, height);
+            for first_sample in [0, 1, 3, 4, 7, 1000] {
+                let pass = tiling.pass(first_sample, 1);
+                // a lattice is off by no more than lies along an edge of the part, where rows are off by a share of all
+                let bound = (pass.len() as f64).sqrt();
+                let (found, mut by_rows) = (unevenness(&tiling, &pass), pass.clone());
+                assert!(found <= bound, "{width}×{height} from {first_sample}: {found:.1} tiles, {bound:.1} allowed");
+                by_rows.sort_by_key(|task| (task.tile.y, task.tile.x));
+                assert!(unevenness(&tiling, &by_rows) > 1.5 * bound, "row by row, and unseen");
+            }
+        }
+    }
+
+    #[test]
+    fn passes_begin_in_different_places() {
+        let tiling = Tiling::new(1280, 720);
+        let firsts: std::collections::BTreeSet<_> =
+            (0..64).map(|sample| tiling.pass(sample, 1)[0].tile).map(|tile| (tile.x, tile.y)).collect();
+        assert_eq!(firsts.len(), 64);
     }
 
     #[test]

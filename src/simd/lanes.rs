@@ -50,6 +50,12 @@ impl Mask {
         self.0 != 0
     }
 
+    /// How many there are.
+    #[inline(always)]
+    pub fn count(self) -> u64 {
+        self.0.count_ones().into()
+    }
+
     /// Makes lane `k` one of them, or none.
     #[inline(always)]
     pub fn set(&mut self, k: usize, is: bool) {

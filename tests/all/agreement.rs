@@ -7,14 +7,14 @@
 //! together raise a false alarm with probability 10⁻⁴ (Šidák). "The same again" is a row in which nothing differs but
 //! the seeds. All guided runs together are compared as well; a bias planted in them must be found.
 
+use crate::common::{Loaded, Runs, build, build_with, describe, own, own_path, welch};
+use crate::common::hall::hall;
 use crate::common::masked_lamp::masked_lamp;
 use crate::common::still_life::{self, still_life};
-use crate::common::{Loaded, Runs, build, build_with, describe, own, own_path, welch};
+use crate::large::had_enough;
 use phototaxis::embree::Isa;
 use phototaxis::film::Combine;
-use phototaxis::guiding::settings::{
-    DirectionTable, GuideSampling, GuidingMethod, LearningRule, Placement, Rate, Updates,
-};
+use phototaxis::guiding::settings::{DirectionTable, GuideSampling, GuidingMethod, LearningRule, Placement, Rate, Updates};
 use phototaxis::integrator::Roulette;
 use phototaxis::render::Settings;
 use phototaxis::stats::sidak;
@@ -163,6 +163,30 @@ fn sd_tree(s: &mut Settings) {
     (s.guiding.method, s.guiding.leaf_samples) = (GuidingMethod::SdTree, 500.0);
 }
 
+/// With coated surfaces: each kind of state and of table, and what goes by the shares of their lobes.
+const COATED: [Way; 12] = [
+    ("grid, tree", |_| {}),
+    ("grid, hemisphere", hemisphere),
+    ("grid, sphere", sphere),
+    ("adaptive, roulette guided, into 8", |s| {
+        adaptive(s);
+        guided_roulette(s, 8.0);
+    }),
+    ("monte-carlo", |s| s.guiding.rule = LearningRule::MonteCarlo),
+    ("blend", |s| (s.guiding.rule, s.guiding.blend_visits) = (LearningRule::Blend, 50.0)),
+    ("learnt fraction, online", |s| {
+        (s.guiding.learned_fraction, s.guiding.updates) = (Some(true), Updates::Online);
+    }),
+    ("bsdf_fraction 0.05", |s| s.guiding.bsdf_fraction = 0.05),
+    ("no next event", bsdf_sampling_only),
+    ("product, roulette guided", |s| {
+        guided_roulette(s, 8.0);
+        s.guiding.sampling = GuideSampling::Product;
+    }),
+    ("SD-tree, roulette guided", |s| (sd_tree(s), guided_roulette(s, 8.0), s.render.spp = 32).1),
+    ("Voronoi", |s| (s.guiding.method, s.guiding.sites) = (GuidingMethod::Voronoi, 200)),
+];
+
 /// The settings that all ways start from: states are large, so that a few samples fill them.
 fn base(loaded: &Loaded) -> Settings {
     let mut settings = loaded.unguided();
@@ -201,6 +225,11 @@ impl Row {
 
 /// Holds every way against plain path tracing. `planted` is a bias that the guided runs, taken together, would show.
 fn agree(scene: &str, loaded: &Loaded, planted: f64) {
+    agree_by(&GUIDED, scene, loaded, planted);
+}
+
+/// The same of some guided ways.
+fn agree_by(guided_ways: &[Way], scene: &str, loaded: &Loaded, planted: f64) {
     let plain = loaded.runs(&base(loaded), BASE_RUNS, 1_000_000);
     let mean = plain.summary(0);
     println!("{scene}: unguided luminance {:.5} ± {:.5}", mean.mean, mean.std_error());
@@ -220,7 +249,7 @@ fn agree(scene: &str, loaded: &Loaded, planted: f64) {
         }
     };
     let mut guided = Vec::new();
-    for (k, (name, change)) in UNGUIDED.iter().chain(&GUIDED).enumerate() {
+    for (k, (name, change)) in UNGUIDED.iter().chain(guided_ways).enumerate() {
         let mut settings = base(loaded);
         if k >= UNGUIDED.len() {
             settings.guiding.method = GuidingMethod::Grid;
@@ -252,6 +281,9 @@ fn check_that_the_guide_takes_part(name: &str, loaded: &Loaded, settings: &Setti
     let counters = &rendering.iterations.last().expect("there are iterations").counters;
     let share = counters.guide_hits as f64 / counters.guide_queries as f64;
     assert!(share > 0.05, "{name}: the guide knew an answer at {share:.2} of the vertices only");
+    let drawn = counters.guided_directions as f64 / counters.directions as f64;
+    let draws = settings.guiding.bsdf_fraction < 1.0 || settings.guiding.learns_fraction();
+    assert!(drawn > 0.02 || !draws, "{name}: the guide drew {drawn:.3} of the directions only");
     let mut plain = settings.clone();
     plain.integrator.roulette = Roulette::Throughput;
     let same = loaded.render(&plain).estimate.mean == rendering.estimate.mean;
@@ -325,6 +357,38 @@ fn wall() {
 #[test]
 fn door() {
     agree("door", &own("door", &["film.width=32", "film.height=18"]), 0.08);
+}
+
+/// A rough coat, a delta lobe and a clear coat over diffuse bases: the guide stands in for a part of each BSDF.
+#[test]
+fn coats() {
+    let set = [
+        "film.width=28",
+        "film.height=28",
+        r#"material.white={ type = "plastic", reflectance = 0.73, alpha = 0.25 }"#,
+        r#"material.red={ type = "plastic", reflectance = [0.63, 0.06, 0.05], alpha = 0 }"#,
+        r#"material.green={ type = "principled", base_color = [0.14, 0.45, 0.09], roughness = 0.5, clearcoat = 0.8 }"#,
+    ];
+    agree_by(&COATED, "coated cornell", &own("cornell", &set), 0.02);
+}
+
+/// So large that the guide has had enough before the picture's end.
+#[test]
+fn a_large_picture() {
+    let loaded = hall(1, &["film.width=1024", "film.height=512", "integrator.max_depth=4"]);
+    let mut settings = loaded.unguided();
+    (settings.render.spp, settings.render.combine) = (1, Combine::All);
+    let plain = loaded.runs(&settings, 12, 1_000_000);
+    adaptive(&mut settings);
+    settings.render.spp = 3;
+    assert!(had_enough(&loaded.render(&settings)), "the picture is too small");
+    let guided = loaded.runs(&settings, 6, 0);
+    let smallest = |runs: &Runs| Row::new(runs, &plain).smallest;
+    let level = sidak(FALSE_ALARM, VALUES);
+    let planted = guided.scaled(1.05);
+    println!("hall: guided p = {:.1e}, 5 % more light p = {:.1e}", smallest(&guided), smallest(&planted));
+    assert!(smallest(&guided) >= level, "not what plain path tracing gives");
+    assert!(smallest(&planted) < level, "a bias of 0.05 goes unseen");
 }
 
 #[test]

@@ -198,6 +198,63 @@ fn parameters_out_of_their_domain_are_refused() {
     assert!(s.delta && s.wi == -Vec3::Z && s.weight == Rgb::ONE);
 }
 
+/// Roughnesses between those of all lobes there are, and that of diffuse ones.
+const ALPHAS: [f32; 6] = [1e-4, 0.04, 0.08, 0.3, 0.9, DIFFUSE];
+
+#[test]
+fn lobes_of_less_roughness_are_those_of_the_lowest_numbers() {
+    let (mut rng, mut parted) = (Rng::new(52), 0);
+    for material in &smooth_materials() {
+        for (wo, alpha) in views().into_iter().flat_map(|wo| ALPHAS.map(|alpha| (wo, alpha))) {
+            let (bsdf, sharp) = (material.bsdf(), material.bsdf().sharp_probability(wo, alpha));
+            parted += u32::from(sharp > 0.0 && sharp < 1.0);
+            // E[weight of the rough lobes] by their draws alone, and by all: the same, and 0 if only sharp ones are drawn
+            let (mut by_rough, mut by_all, n) = (Vec::new(), Vec::new(), 4000);
+            for _ in 0..n {
+                let (lobe, u) = (rng.f32(), rng.f32x2());
+                let Some(s) = bsdf.sample(wo, lobe, u).filter(|s| !s.delta) else {
+                    by_all.push(0.0);
+                    by_rough.push(0.0);
+                    continue;
+                };
+                let (f, pdf) = bsdf.eval_pdf_rough(wo, s.wi, alpha);
+                let (whole, whole_pdf) = bsdf.eval_pdf(wo, s.wi);
+                assert!(pdf <= whole_pdf * 1.0001 && (f - whole * 1.0001).max_element() <= 0.0, "{}", material.name);
+                assert!(lobe < sharp || pdf > 0.0, "{} {alpha}: a rough lobe drew what it does not", material.name);
+                by_all.push((f.y / whole_pdf) as f64);
+                by_rough.push(if lobe < sharp { 0.0 } else { (f.y / pdf) as f64 });
+            }
+            let [a, b] = [by_all, by_rough].map(|values| crate::stats::Summary::of(&values).unwrap());
+            let z = (a.mean - b.mean) / (a.std_error().hypot(b.std_error()) + 1e-5 * a.mean.max(1e-30));
+            assert!(z.abs() < 6.0, "{} from {wo}, alpha {alpha}: {a:?}, {b:?}", material.name);
+        }
+    }
+    assert!(parted > 50, "{parted} BSDFs in parts");
+}
+
+#[test]
+fn all_lobes_are_rougher_than_nothing_and_diffuse_ones_reflect_their_albedo() {
+    for material in &smooth_materials() {
+        for wo in views() {
+            let bsdf = material.bsdf();
+            let (mut rng, mut sum, n) = (Rng::new(53), Rgb::ZERO, 20_000);
+            for _ in 0..n {
+                let wi = crate::math::warp::square_to_uniform_sphere(rng.f32x2());
+                let whole = bsdf.eval_pdf_rough(wo, wi, f32::MIN_POSITIVE);
+                assert_eq!(whole, bsdf.eval_pdf(wo, wi), "{}", material.name);
+                sum += bsdf.eval_pdf_rough(wo, wi, DIFFUSE).0 * (4.0 * PI / n as f32);
+            }
+            // 6 standard errors of an integrand that varies about as much as it is; the principled base is not quite
+            // Lambert's, and sheen is not in its albedo
+            let tolerance = if matches!(bsdf.kind(), BsdfKind::Principled(_)) { 0.5 } else { 0.07 };
+            let translucent = matches!(bsdf.kind(), BsdfKind::DiffuseTransmitter(_));
+            let albedo = bsdf.diffuse_albedo(wo);
+            let near = (sum - albedo).abs().max_element() <= tolerance * albedo.max_element();
+            assert!(near || (translucent && albedo == Rgb::ZERO), "{} from {wo}: {sum} {albedo}", material.name);
+        }
+    }
+}
+
 #[test]
 fn coats_are_tabulated_once() {
     let mut coats = CoatTables::default();

@@ -28,6 +28,8 @@ pub(super) struct Proposals {
     pub guide: Lanes,
     /// Whether the path goes on.
     pub goes: Mask,
+    /// Whether it was the guide that drew.
+    pub by_guide: Mask,
     /// f·|cosθ| of directions that the guide drew.
     value: Vec3Lanes,
 }
@@ -46,6 +48,7 @@ impl Packet<'_> {
             bsdf: [0.0; LANES],
             guide: [-1.0; LANES],
             goes: draws,
+            by_guide: numbers.by_guide,
             value: Vec3Lanes::ZERO,
         };
         let mut local = Vec3Lanes::ZERO;

@@ -1,11 +1,12 @@
-use super::*;
 use crate::bsdf::{Bsdf, BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution};
 use crate::geometry::surfaces::tests as surfaces;
 use crate::guiding::settings::DirectionTable;
-use crate::integrator::mixture::{DirectionSample, Mixture, tests::learnt};
+use crate::integrator::mixture::{DirectionSample, GuidedLobes, Mixture};
+use crate::integrator::mixture::tests::learnt;
 use crate::math::rng::{Rng, RngLanes};
 use crate::math::warp;
 use crate::texture::ColorTexture;
+use super::*;
 
 fn model(description: BsdfDescription) -> BsdfModel {
     BsdfModel::new(&description, true, &mut CoatTables::default()).unwrap()
@@ -84,7 +85,7 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
             };
             let (si, wo, mut alone) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), before.get(k));
             let guide = guides[k].0.field().distribution(&guides[k].1, packet.surfaces.facing_normal(k));
-            let mixture = Mixture::new(&bsdf, table(k).map(|_| &guide), 0.4);
+            let mixture = Mixture::new(&bsdf, table(k).map(|_| &guide), 0.4, GuidedLobes::of(&bsdf, wo, false));
             let (value, density) = mixture.eval_pdf(&si, wo, packet.lights.wi.get(k));
             assert!(f.get(k) == value && (value == Rgb::ZERO || pdf[k] == density), "towards a light");
             assert_eq!(albedo.get(k), bsdf.albedo(wo));

@@ -1,19 +1,19 @@
 //! What the guide has to say at a vertex, and what it will learn of it.
 
-use super::draw::Proposals;
-use super::packet::Packet;
+use glam::Vec3;
 use super::{GuideUse, Probe, Walk};
-use crate::bsdf::Bsdf;
-use crate::guiding::settings::GuideSampling;
+use crate::bsdf::{Bsdf, DIFFUSE};
 use crate::guiding::{PackedDirection, Place, StateKey, Summary};
+use crate::guiding::settings::GuideSampling;
 use crate::integrator::Roulette;
 use crate::integrator::arrivals::{ArrivalLanes, Edge};
 use crate::integrator::backup::Expectation;
-use crate::integrator::mixture::{DirectionSample, Mixture};
+use crate::integrator::mixture::DirectionSample;
 use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL, Moments};
 use crate::math::{Rgb, luminance};
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
-use glam::Vec3;
+use super::draw::Proposals;
+use super::packet::Packet;
 
 /// Splitting stops where a wave has this many times the paths of its batch.
 const MAX_WAVE: usize = 4;
@@ -33,6 +33,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     /// Asks the guide about the vertices of a packet: first where all of them are in its memory, then what is there.
     pub(super) fn ask_the_guide(&mut self, guide: GuideUse<'a>, packet: &mut Packet<'a>, depth: u32) {
         packet.guided = [None; LANES];
+        packet.find_guided_lobes(self.product());
         let mut normals = Vec3Lanes::ZERO;
         packet.surfaces.facing_normals(&mut normals);
         let keys = guide.field.places(packet.surfaces.places(), &normals, self.jitter);
@@ -67,11 +68,11 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let (Some(bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdfs.get(k), packet.guided[k]) else {
             return;
         };
-        self.expect(guide, summary, &bsdf, depth, packet.ray(k));
-        if Mixture::guides(&bsdf, false) {
+        self.expect(guide, summary, &bsdf, packet.surfaces.wo_local(k), depth, packet.ray(k));
+        if packet.rough().has(k) {
             packet.tell(k, Moments::of(summary));
         }
-        if !Mixture::guides(&bsdf, self.product()) {
+        if packet.lobes(k).share() == 0.0 {
             return;
         }
         let product = self.product() && bsdf.lambertian().is_none();
@@ -87,10 +88,11 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let Some(summary) = packet.guided[k].and_then(|guided| guided.summary) else { return };
         let mut directions = guide.field.distribution(summary, n);
         if let Some(bsdf) = product {
-            let (frame, wo) = (packet.surfaces.get(k).frame, packet.surfaces.wo_local(k));
+            let (frame, wo, lobes) = (packet.surfaces.get(k).frame, packet.surfaces.wo_local(k), packet.lobes(k));
             directions = directions.times(|w| {
                 let wi = frame.to_local(w);
-                luminance(bsdf.eval(wo, wi)) / wi.z.abs().max(MIN_COSINE)
+                let (f, _) = lobes.eval_pdf(bsdf, wo, wi, bsdf.eval_pdf(wo, wi));
+                luminance(f) / wi.z.abs().max(MIN_COSINE)
             });
         }
         packet.lead(k, directions, summary.bsdf_fraction);
@@ -98,12 +100,37 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 
     /// Keeps what the table expects of going on from a vertex that is kept for learning.
     #[inline]
-    fn expect(&mut self, guide: GuideUse, summary: &Summary, bsdf: &Bsdf, depth: u32, i: usize) {
-        let Some(reflectance) = bsdf.lambertian().filter(|_| self.learn) else { return };
+    fn expect(&mut self, guide: GuideUse, summary: &Summary, bsdf: &Bsdf, wo: Vec3, depth: u32, i: usize) {
+        if !self.learn {
+            return;
+        }
         let (rule, blend) = (guide.settings.rule_in_use(), guide.settings.blend_visits);
         let known = (summary.irradiance, summary.peak, summary.visits);
-        let expected = Expectation::new(rule, blend, known, reflectance);
+        let expected = match bsdf.lambertian() {
+            Some(reflectance) => Expectation::new(rule, blend, known, reflectance),
+            None => Expectation::new(rule, blend, known, bsdf.diffuse_albedo(wo)).map(Expectation::of_a_part),
+        };
         self.batch.vertices[depth as usize - 1].expected[i] = expected.unwrap_or(Expectation::NONE);
+    }
+
+    /// What goes back to vertex `k`, which draws by itself, of what `next` finds, as a part of its weight: what the vertex
+    /// expects already of its diffuse lobes is left out.
+    #[inline]
+    pub(super) fn unexpected(&self, packet: &Packet, k: usize, next: &DirectionSample) -> Rgb {
+        let (Some(guide), Some(summary)) = (self.integrator.guide, packet.guided[k].and_then(|known| known.summary))
+        else {
+            return next.weight;
+        };
+        let (Some(bsdf), Some(pdf), wo) = (packet.bsdfs.get(k), next.pdf, packet.surfaces.wo_local(k)) else {
+            return next.weight;
+        };
+        let (rule, blend) = (guide.settings.rule_in_use(), guide.settings.blend_visits);
+        let share = Expectation::share(rule, blend, summary.visits);
+        let partly = bsdf.lambertian().is_none() && bsdf.diffuse_albedo(wo) != Rgb::ZERO;
+        let Some(share) = share.filter(|_| partly) else { return next.weight };
+        let wi = packet.surfaces.get(k).frame.to_local(next.wi);
+        let (diffuse, _) = bsdf.eval_pdf_rough(wo, wi, DIFFUSE);
+        (next.weight - diffuse * (share / pdf.mixture)).max(Rgb::ZERO)
     }
 
     /// Whether directions are drawn from the product of guide and BSDF.
@@ -114,47 +141,52 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 
     /// Expected numbers of paths that go on, where surfaces reflect `albedo` and `analog` of the light would be left. The
     /// throughput's roulette goes by that share, not by the throughput: a guide that finds the light lowers the throughput
-    /// of just the paths that matter.
+    /// of just the paths that matter. In `analog` is left what is still to be accounted for after these numbers.
     #[inline(always)]
-    pub(super) fn expected_paths(&self, packet: &Packet, albedo: &Vec3Lanes, analog: &Lanes, depth: u32) -> Lanes {
+    pub(super) fn expected_paths(&self, packet: &Packet, albedo: &Vec3Lanes, analog: &mut Lanes, depth: u32) -> Lanes {
         let settings = self.integrator.settings;
-        let efficiency = self.integrator.guide.and_then(|guide| guide.efficiency);
         let mut paths = [1.0; LANES];
-        if let (Roulette::Guided, Some(efficiency)) = (settings.roulette, efficiency) {
-            self.guided_paths(efficiency, packet, albedo, depth, &mut paths);
-        } else if settings.roulette != Roulette::None && depth >= settings.rr_depth {
+        if settings.roulette != Roulette::None && depth >= settings.rr_depth {
             for k in 0..LANES {
                 paths[k] = analog[k].min(MAX_SURVIVAL);
             }
         }
+        for k in 0..LANES {
+            analog[k] /= paths[k];
+        }
+        let efficiency = self.integrator.guide.and_then(|guide| guide.efficiency);
+        if let (Roulette::Guided, Some(efficiency)) = (settings.roulette, efficiency) {
+            self.guided_paths(efficiency, packet, albedo, &mut paths, analog);
+        }
         paths
     }
 
-    /// The same where it goes by what the guide knows.
+    /// The same where it goes by what the guide knows. `paths` holds what the numbers are without that.
     #[inline(always)]
     fn guided_paths(
         &self,
         efficiency: &Efficiency,
         packet: &Packet,
         albedo: &Vec3Lanes,
-        depth: u32,
         paths: &mut Lanes,
+        analog: &mut Lanes,
     ) {
-        let settings = self.integrator.settings;
         let full = self.batch.next.rays.len() >= MAX_WAVE * self.task.paths();
-        let max_split = if full { 1.0 } else { settings.max_split };
-        // of the return by a sharp lobe, a state's moments say nothing
-        let untold = if depth >= settings.rr_depth { MAX_SURVIVAL } else { 1.0 };
+        let max_split = if full { 1.0 } else { self.integrator.settings.max_split };
         let before = self.batch.wave.paths.packet(packet.ray(0));
-        let mut inverse_luminance = [0.0; LANES];
+        let (mut inverse_luminance, mut sharp) = ([0.0; LANES], [0.0; LANES]);
         for k in each(packet.told()) {
             inverse_luminance[k] = self.batch.inverse_luminance[before.slot[k] as usize];
+            sharp[k] = packet.lobes(k).sharp();
         }
         let told = packet.told().lanes();
         for k in 0..LANES {
-            let reflected = luminance(before.throughput.get(k) * albedo.get(k));
-            let guided = efficiency.paths(packet.moments(k), reflected, inverse_luminance[k], max_split);
-            paths[k] = pick(told.has(k), guided, untold);
+            let reflected = luminance(before.throughput.get(k) * albedo.get(k)) * (1.0 - sharp[k]);
+            let rough = efficiency.paths(packet.moments(k), reflected, inverse_luminance[k], max_split);
+            let guided = with_sharp_lobes(rough, sharp[k], paths[k]).min(max_split.max(1.0));
+            paths[k] = pick(told.has(k), guided, paths[k]);
+            // what a state has told of accounts for all of the way to it
+            analog[k] = pick(told.has(k), 1.0, analog[k]);
         }
     }
 
@@ -185,8 +217,27 @@ pub(super) fn edge(packet: &Packet, k: usize, next: &DirectionSample, albedo: f3
         pdf: pdf.mixture,
         bsdf_pdf: pdf.bsdf,
         guide_pdf: pdf.guide,
-        scattered: if packet.guides(k) { scattered(next.weight, pdf.mixture, albedo) } else { 0.0 },
+        scattered: if packet.rough().has(k) { scattered_roughly(packet, k, next, pdf.mixture, albedo) } else { 0.0 },
     })
+}
+
+/// Luminance of f·|cosθ| of the guided lobes over that of their albedo.
+#[inline]
+fn scattered_roughly(packet: &Packet, k: usize, next: &DirectionSample, pdf: f32, albedo: f32) -> f32 {
+    let (lobes, bsdf) = (packet.lobes(k), packet.bsdfs.get(k).filter(|bsdf| bsdf.lambertian().is_none()));
+    let Some(bsdf) = bsdf.filter(|_| lobes.sharp() > 0.0) else { return scattered(next.weight, pdf, albedo) };
+    let wi = packet.surfaces.get(k).frame.to_local(next.wi);
+    let (f, _) = lobes.eval_pdf(&bsdf, packet.surfaces.wo_local(k), wi, (next.weight * pdf, pdf));
+    // lobes are drawn in proportion to their albedos
+    luminance(f) / (albedo * lobes.share())
+}
+
+/// Expected number of paths where the rough lobes by themselves ask for `rough` of them and the others, which are drawn
+/// with probability `sharp`, for `others`. Numbers are roots of second moments (see [`Efficiency::paths`]), and second
+/// moments of lobes add up.
+#[inline(always)]
+fn with_sharp_lobes(rough: f32, sharp: f32, others: f32) -> f32 {
+    pick(sharp > 0.0, (rough * rough + sharp * others * others).sqrt(), rough)
 }
 
 /// How paths come to their next vertices where a packet has drawn side by side, which a guide can help all of; with the

@@ -4,7 +4,7 @@ use super::guided::Guided;
 use crate::bsdf::BsdfLanes;
 use crate::geometry::Surfaces;
 use crate::guiding::{GuideLanes, GuidingDistribution, Node};
-use crate::integrator::mixture::{Densities, Mixture};
+use crate::integrator::mixture::{Densities, GuidedLobes, Mixture};
 use crate::integrator::roulette::Moments;
 use crate::light::LightSamples;
 use crate::math::{Rgb, rng::RngLanes};
@@ -20,6 +20,10 @@ pub(super) struct Packet<'a> {
     /// How surfaces scatter, where paths may go on.
     pub bsdfs: BsdfLanes<'a>,
     pub guided: [Option<Guided<'a>>; LANES],
+    /// Of surfaces of other kinds than Lambert's: for which lobes the guide may stand in.
+    lobes: [GuidedLobes; LANES],
+    /// Where what comes back by these lobes says something of the irradiance.
+    rough: Mask,
     /// Where the guide can help: its directions, where these are no tree, and the share that the BSDF keeps.
     led: Mask,
     directions: [Option<GuidingDistribution<'a>>; LANES],
@@ -42,6 +46,8 @@ impl<'a> Packet<'a> {
             surfaces: Surfaces::new(),
             bsdfs: BsdfLanes::new(),
             guided: [None; LANES],
+            lobes: [GuidedLobes::ALL; LANES],
+            rough: Mask::NONE,
             led: Mask::NONE,
             directions: [const { None }; LANES],
             bsdf_fraction: [1.0; LANES],
@@ -108,10 +114,29 @@ impl<'a> Packet<'a> {
         smooth
     }
 
-    /// Whether a guide can help at vertex `k`, drawn from as it is.
+    /// Finds for which lobes a guide may stand in. `product`: its directions are drawn from its product with the BSDF.
     #[inline(always)]
-    pub fn guides(&self, k: usize) -> bool {
-        self.bsdfs.diffuse().are().has(k) || self.bsdfs.get(k).is_some_and(|bsdf| Mixture::guides(&bsdf, false))
+    pub fn find_guided_lobes(&mut self, product: bool) {
+        self.rough = self.bsdfs.diffuse().are();
+        for k in each(self.bsdfs.are() & !self.rough) {
+            let (Some(bsdf), wo) = (self.bsdfs.get(k), self.surfaces.wo_local(k)) else { continue };
+            self.lobes[k] = GuidedLobes::of(&bsdf, wo, product);
+            // a product helps lobes that are too sharp to say anything of the irradiance
+            let rough = if product { GuidedLobes::of(&bsdf, wo, false) } else { self.lobes[k] };
+            self.rough.set(k, rough.share() > 0.0 && rough.share() == self.lobes[k].share());
+        }
+    }
+
+    /// For which lobes of vertex `k` a guide may stand in.
+    #[inline(always)]
+    pub fn lobes(&self, k: usize) -> GuidedLobes {
+        if self.bsdfs.diffuse().are().has(k) { GuidedLobes::ALL } else { self.lobes[k] }
+    }
+
+    /// Where there are such lobes, all of them so rough that what comes back by them says something of the irradiance.
+    #[inline(always)]
+    pub fn rough(&self) -> Mask {
+        self.rough
     }
 
     /// Takes the guide's directions at vertex `k` and the share that the BSDF keeps.
@@ -167,7 +192,7 @@ impl<'a> Packet<'a> {
     pub fn with_mixture<R>(&self, k: usize, use_it: impl FnOnce(&Mixture) -> R) -> Option<R> {
         let (bsdf, tree) = (self.bsdfs.get(k)?, self.trees.get(k));
         let guide = tree.as_ref().or(self.directions[k].as_ref()).filter(|_| self.led.has(k));
-        Some(use_it(&Mixture::new(&bsdf, guide, self.bsdf_fraction[k])))
+        Some(use_it(&Mixture::new(&bsdf, guide, self.bsdf_fraction[k], self.lobes(k))))
     }
 
     /// Where directions are drawn by Lambert's law, alone or with a tree: both are known side by side.

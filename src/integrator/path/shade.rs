@@ -163,6 +163,8 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     #[inline(always)]
     fn go_on_wide(&mut self, packet: &mut Packet<'a>, draws: Mask, survival: &Survival) {
         let proposals = packet.propose(draws);
+        self.counters.directions += draws.count();
+        self.counters.guided_directions += proposals.by_guide.count();
         let before = self.batch.wave.paths.packet(packet.ray(0));
         let (mut weight, mut throughput) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO);
         for k in 0..LANES {
@@ -192,12 +194,11 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             s.analog[k] = before[k] * albedo.get(k).max_element();
             s.albedo[k] = luminance(albedo.get(k));
         }
-        s.paths = self.expected_paths(packet, &albedo, &s.analog, depth);
+        s.paths = self.expected_paths(packet, &albedo, &mut s.analog, depth);
         let (u, scatters) = (packet.rng.f32(scatters), scatters.lanes());
         for k in 0..LANES {
             let count = s.paths[k] as u32 + (u[k] < s.paths[k].fract()) as u32;
             s.count[k] = pick(scatters.has(k), count, 0);
-            s.analog[k] /= s.paths[k];
         }
         s
     }
@@ -212,13 +213,17 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     fn draw_from(&mut self, mixture: &Mixture, packet: &Packet<'a>, k: usize, survival: &Survival) {
         let (si, wo, mut rng) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), packet.rng.get(k));
         let (paths, analog, i) = (survival.paths[k], survival.analog[k], packet.ray(k));
+        self.counters.directions += if mixture.is_smooth() { survival.count[k] as u64 } else { 0 };
         for split in 0..survival.count[k] {
             let mut rng = if split == 0 { rng } else { rng.branch(split) };
-            let Some(next) = mixture.sample(&si, wo, &mut rng) else { continue };
+            let cell = mixture.choose_guide(&mut rng);
+            self.counters.guided_directions += cell.is_some() as u64;
+            let Some(next) = mixture.sample_by(cell, &si, wo, &mut rng) else { continue };
             let weight = next.weight / paths;
             if self.learn {
                 let edge = edge(packet, k, &next, survival.albedo[k]);
-                let arrival = Arrival { parent: i as u32, weight, edge };
+                let back = self.unexpected(packet, k, &next) / paths;
+                let arrival = Arrival { parent: i as u32, weight: back, edge };
                 self.batch.next.paths.arrivals.push(&arrival);
             }
             let throughput = self.batch.wave.paths.throughput(i) * weight;

@@ -29,8 +29,8 @@ const TILE: f64 = 0.55;
 const TABLE_TOP: f64 = 0.75;
 
 /// The camera, in the building's frame.
-const EYE: DVec3 = DVec3::new(0.3, 1.45, 4.3);
-const TARGET: DVec3 = DVec3::new(0.05, 1.0, 0.6);
+pub(super) const EYE: DVec3 = DVec3::new(0.3, 1.45, 4.3);
+pub(super) const TARGET: DVec3 = DVec3::new(0.05, 1.0, 0.6);
 
 pub fn scene() -> SceneFiles {
     let model =
@@ -41,6 +41,12 @@ pub fn scene() -> SceneFiles {
 /// From the building's frame to the world's.
 pub(super) fn to_world() -> DAffine3 {
     DAffine3::from_rotation_y(TURN.to_radians())
+}
+
+/// The rooms with door, table and picture, in the world's frame: what is made of flat faces.
+pub(super) fn rooms() -> Vec<(&'static str, Shape)> {
+    let rooms = [("building", building()), ("door", door()), ("table", table()), ("picture", picture())];
+    rooms.map(|(name, shape)| (name, shape.transformed(&to_world()))).into()
 }
 
 fn objects() -> Vec<(&'static str, Shape)> {
@@ -181,7 +187,7 @@ fn picture() -> Shape {
         })
 }
 
-fn materials() -> Vec<Material> {
+pub(super) fn materials() -> Vec<Material> {
     const GLASS: &[&str] = &["Ks 1 1 1", "Ni 1.5", "illum 7"];
     const METAL: &[&str] = &["Ks 0.95 0.64 0.54", "Ns 200", "Pm 1", "Pr 0.4", "illum 3"];
     const BRASS: &[&str] = &["Ks 0.89 0.75 0.42", "Ns 300", "Pm 1", "Pr 0.3", "illum 3"];

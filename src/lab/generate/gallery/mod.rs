@@ -6,6 +6,7 @@ mod furnace;
 mod keyhole;
 mod lights;
 mod plain;
+mod plastic;
 mod rooms;
 mod shiny;
 mod slivers;
@@ -28,7 +29,7 @@ const PLAN_NAME: &str = "gallery.toml";
 type Maker = (&'static str, fn() -> SceneFiles);
 
 /// By name. Some have no geometry of their own and use that of another.
-const MAKERS: [Maker; 14] = [
+const MAKERS: [Maker; 15] = [
     ("bumps", corners::bumps),
     ("corners", corners::corners),
     ("direct", plain::direct),
@@ -38,6 +39,7 @@ const MAKERS: [Maker; 14] = [
     ("many-lights", lights::many_lights),
     ("oven", furnace::oven),
     ("oven-known", furnace::known),
+    ("plastic-door", plastic::plastic_door),
     ("shiny", shiny::shiny),
     ("slivers", slivers::slivers),
     ("triangle", plain::triangle),
