@@ -1,13 +1,13 @@
 //! What the guide knows, pixel by pixel.
 
-use rayon::prelude::*;
+use super::Seen;
 use crate::guiding::{Guide, StateKey};
 use crate::image::{Image, Layer};
 use crate::integrator::mixture::GuidedLobes;
 use crate::math::Rgb;
 use crate::math::rng::mix;
 use crate::scene::Scene;
-use super::Seen;
+use rayon::prelude::*;
 
 /// Of each pixel, what the guide knows at the first surface behind its centre that is neither mirror nor glass.
 pub struct Layers {

@@ -1,11 +1,11 @@
+use super::*;
 use crate::bsdf::{BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution as Distribution};
 use crate::geometry::{Hit, Mesh};
-use crate::guiding::{Guide, PackedDirection, Recorder, Summary, Transition};
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
+use crate::guiding::{Guide, PackedDirection, Recorder, Summary, Transition};
 use crate::math::{luminance, warp};
 use crate::stats::{Chi2Report, DirectionTest, Domain, sidak};
 use crate::texture::ColorTexture;
-use super::*;
 
 /// False alarm of all samplers together.
 const LEVEL: f64 = 1e-6;

@@ -7,14 +7,16 @@
 //! together raise a false alarm with probability 10⁻⁴ (Šidák). "The same again" is a row in which nothing differs but
 //! the seeds. All guided runs together are compared as well; a bias planted in them must be found.
 
-use crate::common::{Loaded, Runs, build, build_with, describe, own, own_path, welch};
 use crate::common::hall::hall;
 use crate::common::masked_lamp::masked_lamp;
 use crate::common::still_life::{self, still_life};
+use crate::common::{Loaded, Runs, build, build_with, describe, own, own_path, welch};
 use crate::large::had_enough;
 use phototaxis::embree::Isa;
 use phototaxis::film::Combine;
-use phototaxis::guiding::settings::{DirectionTable, GuideSampling, GuidingMethod, LearningRule, Placement, Rate, Updates};
+use phototaxis::guiding::settings::{
+    DirectionTable, GuideSampling, GuidingMethod, LearningRule, Placement, Rate, Updates,
+};
 use phototaxis::integrator::Roulette;
 use phototaxis::render::Settings;
 use phototaxis::stats::sidak;
@@ -22,7 +24,7 @@ use phototaxis::stats::sidak;
 const FALSE_ALARM: f64 = 1e-4;
 const RUNS: usize = 20;
 const BASE_RUNS: usize = 192;
-const SCENES: usize = 5;
+const SCENES: usize = 6;
 
 /// A way of rendering, as a change of the unguided settings.
 type Way = (&'static str, fn(&mut Settings));

@@ -2,9 +2,9 @@
 
 use crate::common::Loaded;
 use crate::common::hall::hall;
+use phototaxis::guiding::settings::GuidingMethod;
 use phototaxis::inspect::Seen;
 use phototaxis::render::{Keeping, Rendering, Settings, render_keeping};
-use phototaxis::guiding::settings::GuidingMethod;
 
 /// Pixels between those that are looked at.
 const STEP: usize = 8;

@@ -11,6 +11,7 @@ mod convergence;
 mod determinism;
 mod extremes;
 mod instances;
+mod large;
 mod layers;
 mod masked;
 mod paper;

@@ -13,7 +13,7 @@ use phototaxis::lab::compare::store::Store;
 use phototaxis::math::rng::Rng;
 use phototaxis::math::warp;
 use phototaxis::render::guide_file::{self as guide_file, Subject};
-use phototaxis::scene::{Scene, obj};
+use phototaxis::scene::obj;
 use phototaxis::texture::Texture;
 use std::path::{Path, PathBuf};
 

@@ -1,12 +1,12 @@
+use super::*;
 use crate::bsdf::{Bsdf, BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution};
 use crate::geometry::surfaces::tests as surfaces;
 use crate::guiding::settings::DirectionTable;
-use crate::integrator::mixture::{DirectionSample, GuidedLobes, Mixture};
 use crate::integrator::mixture::tests::learnt;
+use crate::integrator::mixture::{DirectionSample, GuidedLobes, Mixture};
 use crate::math::rng::{Rng, RngLanes};
 use crate::math::warp;
 use crate::texture::ColorTexture;
-use super::*;
 
 fn model(description: BsdfDescription) -> BsdfModel {
     BsdfModel::new(&description, true, &mut CoatTables::default()).unwrap()

@@ -1,10 +1,11 @@
 //! What the guide has to say at a vertex, and what it will learn of it.
 
-use glam::Vec3;
+use super::draw::Proposals;
+use super::packet::Packet;
 use super::{GuideUse, Probe, Walk};
 use crate::bsdf::{Bsdf, DIFFUSE};
-use crate::guiding::{PackedDirection, Place, StateKey, Summary};
 use crate::guiding::settings::GuideSampling;
+use crate::guiding::{PackedDirection, Place, StateKey, Summary};
 use crate::integrator::Roulette;
 use crate::integrator::arrivals::{ArrivalLanes, Edge};
 use crate::integrator::backup::Expectation;
@@ -12,8 +13,7 @@ use crate::integrator::mixture::DirectionSample;
 use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL, Moments};
 use crate::math::{Rgb, luminance};
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
-use super::draw::Proposals;
-use super::packet::Packet;
+use glam::Vec3;
 
 /// Splitting stops where a wave has this many times the paths of its batch.
 const MAX_WAVE: usize = 4;

@@ -2,23 +2,24 @@
 
 #![allow(dead_code, reason = "every test binary is compiled with all of this and needs a part of it")]
 
+pub mod hall;
 pub mod masked_lamp;
 pub mod still_life;
 
-use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, StudentsT};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use phototaxis::embree::{Device, Isa};
 use phototaxis::film::accumulate::Estimate;
-use phototaxis::format::SceneFile;
 use phototaxis::format;
+use phototaxis::format::SceneFile;
 use phototaxis::guiding::settings::GuidingMethod;
 use phototaxis::math::{Rgb, luminance};
 use phototaxis::render::{Rendering, Settings, render};
 use phototaxis::scene::Scene;
 use phototaxis::scene::description::MaterialDescription;
 use phototaxis::stats::Summary;
+use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A loaded scene and what its file says beside it.
 pub struct Loaded {

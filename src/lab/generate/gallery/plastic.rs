@@ -1,8 +1,8 @@
 //! The rooms of `door`, painted and varnished as modelling programs export it: plastics, not Lambert's law.
 
 use super::{View, with_mesh};
-use crate::lab::generate::{SceneFiles, door};
 use crate::lab::generate::obj_writer::{Material, Model};
+use crate::lab::generate::{SceneFiles, door};
 
 /// What Blender writes of a material with its default roughness of one half: a coat of alpha 0.25 over a diffuse base.
 const VARNISH: &[&str] = &["Ks 0.5 0.5 0.5", "Ns 250", "Ni 1.5", "illum 2"];
