@@ -87,7 +87,7 @@ mod tests {
 
     impl Writer {
         fn start(path: &Path) -> Writer {
-            let name = "film::temporary::tests::another_process_writes";
+            let name = "io::temporary::tests::another_process_writes";
             let mut command = Command::new(std::env::current_exe().unwrap());
             let writer = Writer(command.args([name, "--exact"]).env(UNFINISHED, path).spawn().unwrap());
             let start = Instant::now();
