@@ -12,4 +12,5 @@ mod paper;
 mod persistence;
 mod references;
 mod report;
+mod roulette;
 mod scaling;
