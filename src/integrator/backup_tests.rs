@@ -81,6 +81,21 @@ fn each_rule_learns_what_it_says() {
 }
 
 #[test]
+fn a_part_that_is_expected_is_added_to_what_the_path_finds() {
+    // of y1, diffuse lobes bring 1/2 · 4 by the table, and the path 2·5 by the others: its weight leaves the diffuse ones out
+    let parts = [
+        (LearningRule::ExpectedSarsa, 1.0 + 2.0 + 10.0),
+        (LearningRule::Blend, 1.0 + 0.75 * 2.0 + 10.0),
+        (LearningRule::MonteCarlo, 1.0 + 10.0),
+    ];
+    for (rule, y1) in parts {
+        let part = expected(rule).map(Expectation::of_a_part);
+        let found = learnt(None, part);
+        assert!(near(&found, &[(10, y1, 2.0), (11, 3.0, 1.0), (20, 5.0, 1.0)]), "{rule:?}: {found:?}");
+    }
+}
+
+#[test]
 fn what_the_camera_sees_is_nobody_s_to_learn() {
     // whatever is expected at the camera's vertex, the targets are the same, and none is its own
     let sarsa = expected(LearningRule::ExpectedSarsa);

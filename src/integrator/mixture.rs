@@ -119,12 +119,7 @@ impl<'a> Mixture<'a> {
         self.bsdf.has_smooth()
     }
 
-    /// Probability that the guide draws.
-    #[inline(always)]
-    pub fn guide_probability(&self) -> f32 {
-        1.0 - self.bsdf_probability()
-    }
-
+    /// Probability that the BSDF draws: all that is of other lobes, and its share of the guided ones.
     #[inline(always)]
     fn bsdf_probability(&self) -> f32 {
         self.lobes.sharp + self.bsdf_fraction * self.lobes.share()

@@ -106,7 +106,7 @@ fn dither(column: u32, row: u32) -> u64 {
 /// 1, keep apart from each other however many they are.
 fn start(first_sample: u32, tiles: usize) -> usize {
     const GOLDEN: u32 = 0x9e37_79b9;
-    (u64::from(first_sample.wrapping_mul(GOLDEN)) * tiles as u64 >> 32) as usize
+    ((u64::from(first_sample.wrapping_mul(GOLDEN)) * tiles as u64) >> 32) as usize
 }
 
 /// The cells of a grid from its middle outwards, turn by turn.

@@ -18,6 +18,7 @@ mod paper;
 mod persistence;
 mod references;
 mod report;
+mod roulette;
 mod scaling;
 mod sizes;
 mod stopping;

@@ -68,7 +68,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let (Some(bsdf), Some(Guided { summary: Some(summary), .. })) = (packet.bsdfs.get(k), packet.guided[k]) else {
             return;
         };
-        self.expect(guide, summary, &bsdf, packet.surfaces.wo_local(k), depth, packet.ray(k));
+        self.expect(guide, summary, &bsdf, packet, k, depth);
         if packet.rough().has(k) {
             packet.tell(k, Moments::of(summary));
         }
@@ -100,7 +100,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 
     /// Keeps what the table expects of going on from a vertex that is kept for learning.
     #[inline]
-    fn expect(&mut self, guide: GuideUse, summary: &Summary, bsdf: &Bsdf, wo: Vec3, depth: u32, i: usize) {
+    fn expect(&mut self, guide: GuideUse, summary: &Summary, bsdf: &Bsdf, packet: &Packet, k: usize, depth: u32) {
         if !self.learn {
             return;
         }
@@ -108,9 +108,12 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let known = (summary.irradiance, summary.peak, summary.visits);
         let expected = match bsdf.lambertian() {
             Some(reflectance) => Expectation::new(rule, blend, known, reflectance),
-            None => Expectation::new(rule, blend, known, bsdf.diffuse_albedo(wo)).map(Expectation::of_a_part),
+            None => {
+                let diffuse = bsdf.diffuse_albedo(packet.surfaces.wo_local(k));
+                Expectation::new(rule, blend, known, diffuse).map(Expectation::of_a_part)
+            }
         };
-        self.batch.vertices[depth as usize - 1].expected[i] = expected.unwrap_or(Expectation::NONE);
+        self.batch.vertices[depth as usize - 1].expected[packet.ray(k)] = expected.unwrap_or(Expectation::NONE);
     }
 
     /// What goes back to vertex `k`, which draws by itself, of what `next` finds, as a part of its weight: what the vertex
