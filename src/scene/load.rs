@@ -2,9 +2,9 @@
 
 use super::build::Build;
 use super::description::{
-    BsdfDescription, ColorTexture, GuidingMethod, LightDescription, MaterialDescription, MeshDescription,
-    ScalarTexture, SceneDescription,
+    BsdfDescription, ColorTexture, GuidingMethod, MaterialDescription, MeshDescription, ScalarTexture, SceneDescription,
 };
+use super::far_lights::FarLights;
 use super::hash;
 use super::instances::Instances;
 use super::material::Material;
@@ -14,9 +14,8 @@ use super::{Camera, Scene};
 use crate::bsdf::CoatTables;
 use crate::embree::Device;
 use crate::film::accumulate::BYTES_PER_PIXEL;
-use crate::film::exr::read_rgb;
 use crate::geometry::{Indices, Mesh, Placement};
-use crate::light::{EmissiveTriangle, Environment, Light, Lights};
+use crate::light::{EmissiveTriangle, Light, Lights};
 use crate::math::Rgb;
 use crate::{Error, Result, memory};
 use glam::{Affine3A, Vec3};
@@ -217,12 +216,33 @@ fn lights(
     let own = (0..).zip(meshes).flat_map(|(k, mesh)| emitters(k, mesh, materials, |t| mesh.corners(t)));
     let placed = instances.surfaces();
     let placed = placed.flat_map(|(k, mesh, place)| emitters(k, mesh, materials, |t| place.facet(mesh, t)));
-    let emissive: Vec<EmissiveTriangle> = own.chain(placed).collect();
+    let emissive = collected(own.chain(placed))?;
     if emissive.is_empty() && others.is_empty() {
         warnings.push("nothing emits light in this scene: a constant sky of radiance 1 is added".into());
         others.push(Light::Constant { radiance: Rgb::ONE });
     }
     Lights::build(&emissive, others, 0.5 * (bounds.1 - bounds.0).length())
+}
+
+/// In a vector that is held against the memory whenever it grows: instances make many lights of few.
+fn collected(triangles: impl Iterator<Item = EmissiveTriangle>) -> Result<Vec<EmissiveTriangle>> {
+    let mut all = Vec::new();
+    for triangle in triangles {
+        if all.len() == all.capacity() {
+            let more = all.len().max(1024);
+            check_lights(all.len() + more)?;
+            all.reserve_exact(more);
+        }
+        all.push(triangle);
+    }
+    Ok(all)
+}
+
+fn check_lights(triangles: usize) -> Result<()> {
+    let bytes = triangles as u64 * Lights::BYTES_PER_TRIANGLE;
+    memory::check(bytes).map_err(|shortage| {
+        Error::Scene(format!("triangles that emit light, of all instances, are too many: {triangles} {shortage}"))
+    })
 }
 
 /// The triangles of surface `k` that emit; `corners` are in world space.
@@ -246,49 +266,6 @@ fn emitters<'a>(
     })
 }
 
-/// Lights that are not surfaces.
-#[derive(Default)]
-struct FarLights {
-    lights: Vec<Light>,
-    /// Hashes of the pictures of the surroundings.
-    pictures: Vec<u64>,
-}
-
-impl FarLights {
-    fn of(description: &SceneDescription, warnings: &mut Vec<String>) -> Result<FarLights> {
-        let mut far = FarLights::default();
-        for light in &description.lights {
-            let light = far.load(light, warnings)?;
-            far.lights.push(light);
-        }
-        Ok(far)
-    }
-
-    fn load(&mut self, light: &LightDescription, warnings: &mut Vec<String>) -> Result<Light> {
-        Ok(match light {
-            LightDescription::Constant { radiance } => Light::Constant { radiance: *radiance },
-            LightDescription::Point { position, intensity } => {
-                Light::Point { position: *position, intensity: *intensity }
-            }
-            LightDescription::Directional { direction, irradiance } => {
-                Light::Directional { direction: *direction, irradiance: *irradiance }
-            }
-            LightDescription::Environment { path, scale, to_world } => {
-                let image = read_rgb(path)?;
-                self.pictures.push(hash::texels([image.width, image.height], |canon| canon.array(&image.data)));
-                let (width, height) = (image.width as u32, image.height as u32);
-                let environment = Environment::new(width, height, image.data, *scale, *to_world)
-                    .map_err(|error| Error::file(path, error.to_string()))?;
-                if environment.negative_pixels() > 0 {
-                    let n = environment.negative_pixels();
-                    warnings.push(format!("{}: {n} pixels have negative radiance, which counts as 0", path.display()));
-                }
-                Light::Environment(Box::new(environment))
-            }
-        })
-    }
-}
-
 /// Over what light does in the scene. `hashes` are those of the meshes; `cache` holds all pictures of `materials`.
 fn content_hash(
     description: &SceneDescription,
@@ -305,4 +282,22 @@ fn content_hash(
         environments: &far.pictures,
     };
     hash::content(description, content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    #[test]
+    fn places_that_make_too_many_lights_are_an_error_and_not_an_abort() {
+        let triangle = || EmissiveTriangle {
+            mesh: 0,
+            triangle: 0,
+            corners: [Vec3::ZERO, Vec3::X, Vec3::Y],
+            radiance: Rgb::ONE,
+            two_sided: false,
+        };
+        assert_eq!(collected(std::iter::repeat_with(triangle).take(5000)).unwrap().len(), 5000);
+        let message = check_lights(1 << 50).unwrap_err().to_string();
+        assert!(message.contains("1125899906842624 take "), "{message}");
+    }
 }

@@ -39,6 +39,7 @@ impl ExrFile {
             let has: Vec<&str> = self.channels.keys().map(String::as_str).collect();
             return Err(format!("lacks channel {}; has {}", missing.join(", "), has.join(", ")));
         }
+        memory::check(12 * (self.width * self.height) as u64).map_err(|shortage| format!("its pixels {shortage}"))?;
         let [r, g, b] = ["R", "G", "B"].map(|name| &self.channels[name]);
         let data = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Rgb::new(r, g, b)).collect();
         Ok(Image { width: self.width, height: self.height, data })

@@ -1,6 +1,7 @@
 use super::*;
 use crate::film::exr;
 use crate::film::image::Layer;
+use crate::math::Rgb;
 use crate::scene::{Scene, file};
 use std::collections::BTreeMap;
 use std::path::Path;
