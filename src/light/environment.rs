@@ -45,6 +45,9 @@ struct Place {
 }
 
 impl Environment {
+    /// What is needed beside the picture to draw its pixels.
+    pub const TABLE_BYTES_PER_PIXEL: u64 = AliasTable::BYTES_PER_BIN;
+
     /// `pixels`: linear radiance, W/(sr·m²), row by row from +y, multiplied by `scale`. `to_world` must be a rotation,
     /// with or without a mirroring; its translation means nothing to a light at infinity. Components below zero, which
     /// filters leave in pictures, count as zero ([`Self::negative_pixels`]).

@@ -30,6 +30,10 @@ pub struct Lights {
 }
 
 impl Lights {
+    /// What a triangle takes at most while [`Self::build`] runs: as it comes, as a light, its power and share, and its
+    /// place in a hash table that has just grown.
+    pub const BYTES_PER_TRIANGLE: u64 = (size_of::<EmissiveTriangle>() + 2 * size_of::<AreaLight>() + 96) as u64;
+
     /// `scene_radius`: of a sphere around all surfaces, which sets how far lights at infinity compare with near ones.
     /// Triangles without area or radiance are left out. An error where a number is negative, infinite or undefined, or
     /// where a triangle is named twice.

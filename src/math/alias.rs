@@ -17,6 +17,8 @@ struct Bin {
 }
 
 impl AliasTable {
+    pub const BYTES_PER_BIN: u64 = (size_of::<Bin>() + size_of::<f32>()) as u64;
+
     /// `None` where no weight is positive. Weights must be finite and not negative.
     pub fn new(weights: &[f64]) -> Option<AliasTable> {
         debug_assert!(weights.iter().all(|w| w.is_finite() && *w >= 0.0));

@@ -5,23 +5,20 @@
 //! materials and groups are left out: a material is what it says, a picture its texels, a group its place in the list.
 //! A mesh is hashed as its file has it, with its transform beside it, so that no rounding of points has a part in the
 //! hash. (A rotation by an angle is what the machine's sine makes of it.)
-//!
-//! The hash is XXH3 with 64 bits (<https://github.com/Cyan4973/xxHash>, a frozen format). It keeps nothing secret: who
-//! wants two scenes with one hash can make them.
 
 use super::description::{CameraDescription, MaterialDescription, SceneDescription};
 use crate::Result;
-use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
 use crate::film::{FilmSettings, Filter};
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{Attribute, Indices};
 use crate::io::canon::Canon;
 use crate::light::LightDescription;
-use crate::math::Rgb;
-use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
+mod surface;
+
 use bytemuck::NoUninit;
 use glam::Affine3A;
 use std::path::Path;
+use surface::Surface;
 
 /// Begins all that is hashed. Its version changes with what is hashed and how.
 const SCENE: &[u8] = b"phototaxis scene 1\0";
@@ -122,136 +119,6 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
     canon.finish()
 }
 
-/// Writes materials.
-struct Surface<'a> {
-    canon: &'a mut Canon,
-    picture: &'a mut dyn FnMut(&Path) -> Result<u64>,
-}
-
-impl Surface<'_> {
-    fn material(&mut self, material: &MaterialDescription) -> Result<()> {
-        let MaterialDescription { bsdf, two_sided, opacity, emission, emission_two_sided } = material;
-        self.bsdf(bsdf)?;
-        self.canon.flag(*two_sided);
-        match opacity {
-            None => self.canon.u32(0),
-            Some(ScalarTexture::Constant(share)) => {
-                self.canon.u32(1);
-                self.canon.floats([*share]);
-            }
-            Some(ScalarTexture::Image(image)) => self.image(2, image)?,
-            Some(ScalarTexture::Luminance(image)) => self.image(3, image)?,
-        }
-        self.canon.vector(*emission);
-        self.canon.flag(*emission_two_sided);
-        Ok(())
-    }
-
-    fn bsdf(&mut self, bsdf: &BsdfDescription) -> Result<()> {
-        match bsdf {
-            BsdfDescription::Null => self.canon.u32(0),
-            BsdfDescription::Diffuse { reflectance } => {
-                self.canon.u32(1);
-                self.color(reflectance)?;
-            }
-            BsdfDescription::DiffuseTransmitter { reflectance, transmittance } => {
-                self.canon.u32(2);
-                self.color(reflectance)?;
-                self.color(transmittance)?;
-            }
-            BsdfDescription::Conductor { eta_k, specular_reflectance, alpha, distribution } => {
-                self.canon.u32(3);
-                self.canon.flag(eta_k.is_some());
-                eta_k.iter().for_each(|(eta, k)| [eta, k].into_iter().for_each(|v| self.canon.vector(*v)));
-                self.color(specular_reflectance)?;
-                self.rough(*alpha, *distribution);
-            }
-            BsdfDescription::Dielectric {
-                int_ior,
-                ext_ior,
-                specular_reflectance,
-                specular_transmittance,
-                alpha,
-                distribution,
-                thin,
-            } => {
-                self.canon.u32(4);
-                self.coat([*int_ior, *ext_ior], *specular_reflectance);
-                self.canon.vector(*specular_transmittance);
-                self.rough(*alpha, *distribution);
-                self.canon.flag(*thin);
-            }
-            BsdfDescription::Plastic {
-                reflectance,
-                specular_reflectance,
-                int_ior,
-                ext_ior,
-                alpha,
-                distribution,
-                nonlinear,
-            } => {
-                self.canon.u32(5);
-                self.color(reflectance)?;
-                self.coat([*int_ior, *ext_ior], *specular_reflectance);
-                self.rough(*alpha, *distribution);
-                self.canon.flag(*nonlinear);
-            }
-            BsdfDescription::Principled {
-                base_color,
-                metallic,
-                roughness,
-                specular,
-                spec_tint,
-                clearcoat,
-                clearcoat_gloss,
-                sheen,
-                sheen_tint,
-            } => {
-                self.canon.u32(6);
-                self.color(base_color)?;
-                self.canon.floats([*metallic, *roughness, *specular, *spec_tint]);
-                self.canon.floats([*clearcoat, *clearcoat_gloss, *sheen, *sheen_tint]);
-            }
-        }
-        Ok(())
-    }
-
-    fn coat(&mut self, iors: [f32; 2], specular_reflectance: Rgb) {
-        self.canon.floats(iors);
-        self.canon.vector(specular_reflectance);
-    }
-
-    fn rough(&mut self, alpha: f32, distribution: MicrofacetDistribution) {
-        self.canon.floats([alpha]);
-        self.canon.u32(match distribution {
-            MicrofacetDistribution::Ggx => 0,
-            MicrofacetDistribution::Beckmann => 1,
-        });
-    }
-
-    fn color(&mut self, color: &ColorTexture) -> Result<()> {
-        match color {
-            ColorTexture::Constant(color) => {
-                self.canon.u32(1);
-                self.canon.vector(*color);
-                Ok(())
-            }
-            ColorTexture::Image(image) => self.image(2, image),
-        }
-    }
-
-    fn image(&mut self, kind: u32, image: &ImageTexture) -> Result<()> {
-        let ImageTexture { path, scale, offset, nearest, tint } = image;
-        self.canon.u32(kind);
-        self.canon.u64((self.picture)(path)?);
-        self.canon.floats(*scale);
-        self.canon.floats(*offset);
-        self.canon.flag(*nearest);
-        self.canon.vector(*tint);
-        Ok(())
-    }
-}
-
 fn light<'a>(canon: &mut Canon, light: &LightDescription, environments: &mut impl Iterator<Item = &'a u64>) {
     match light {
         LightDescription::Environment { path: _, scale, to_world } => {
@@ -276,6 +143,3 @@ fn light<'a>(canon: &mut Canon, light: &LightDescription, environments: &mut imp
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,6 +1,7 @@
 //! Loading: a description becomes a scene.
 
 use super::build::Build;
+use super::far_lights::FarLights;
 use super::instances::Instances;
 use super::material::{Material, emitter_opacity};
 use super::{Camera, Scene};
@@ -10,9 +11,8 @@ use crate::embree::{Device, LARGEST_COORDINATE};
 use crate::film::FilmSettings;
 use crate::film::accumulate::BYTES_PER_PIXEL;
 use crate::geometry::{Indices, Mesh, Placement};
-use crate::image::exr::read_rgb;
-use crate::io::{canon, memory};
-use crate::light::{EmissiveTriangle, Environment, Light, LightDescription, LightUnit, Lights};
+use crate::io::memory;
+use crate::light::{EmissiveTriangle, Light, LightUnit, Lights};
 use crate::math::Rgb;
 use crate::scene::description::{MaterialDescription, MeshDescription, SceneDescription};
 use crate::texture::{ColorTexture, ScalarTexture, Texture, TextureCache};
@@ -241,7 +241,7 @@ fn lights(
     let own = (0..).zip(surfaces.meshes).flat_map(|(k, mesh)| surfaces.emitters(k, mesh, None));
     let placed = surfaces.instances.surfaces();
     let placed = placed.flat_map(|(k, mesh, place)| surfaces.emitters(k, mesh, Some(place)));
-    let mut emissive: Vec<EmissiveTriangle> = own.chain(placed).collect();
+    let mut emissive = collected(own.chain(placed))?;
     if emissive.is_empty() && others.is_empty() {
         warnings.push("nothing emits light in this scene: a constant sky of radiance 1 is added".into());
         others.push(Light::Constant { radiance: Rgb::ONE });
@@ -284,47 +284,25 @@ impl<'a> Surfaces<'a> {
     }
 }
 
-/// Lights that are not surfaces.
-#[derive(Default)]
-struct FarLights {
-    lights: Vec<Light>,
-    /// Hashes of the pictures of the surroundings.
-    pictures: Vec<u64>,
+/// In a vector that is held against the memory whenever it grows: instances make many lights of few.
+fn collected(triangles: impl Iterator<Item = EmissiveTriangle>) -> Result<Vec<EmissiveTriangle>> {
+    let mut all = Vec::new();
+    for triangle in triangles {
+        if all.len() == all.capacity() {
+            let more = all.len().max(1024);
+            check_lights(all.len() + more)?;
+            all.reserve_exact(more);
+        }
+        all.push(triangle);
+    }
+    Ok(all)
 }
 
-impl FarLights {
-    fn of(description: &SceneDescription, warnings: &mut Vec<String>) -> Result<FarLights> {
-        let mut far = FarLights::default();
-        for light in &description.lights {
-            let light = far.load(light, warnings)?;
-            far.lights.push(light);
-        }
-        Ok(far)
-    }
-
-    fn load(&mut self, light: &LightDescription, warnings: &mut Vec<String>) -> Result<Light> {
-        Ok(match light {
-            LightDescription::Constant { radiance } => Light::Constant { radiance: *radiance },
-            LightDescription::Point { position, intensity } => {
-                Light::Point { position: *position, intensity: *intensity }
-            }
-            LightDescription::Directional { direction, irradiance } => {
-                Light::Directional { direction: *direction, irradiance: *irradiance }
-            }
-            LightDescription::Environment { path, scale, to_world } => {
-                let image = read_rgb(path)?;
-                self.pictures.push(canon::texels([image.width, image.height], |canon| canon.array(&image.data)));
-                let (width, height) = (image.width as u32, image.height as u32);
-                let environment = Environment::new(width, height, image.data, *scale, *to_world)
-                    .map_err(|error| Error::file(path, error.to_string()))?;
-                if environment.negative_pixels() > 0 {
-                    let n = environment.negative_pixels();
-                    warnings.push(format!("{}: {n} pixels have negative radiance, which counts as 0", path.display()));
-                }
-                Light::Environment(Box::new(environment))
-            }
-        })
-    }
+fn check_lights(triangles: usize) -> Result<()> {
+    let bytes = triangles as u64 * Lights::BYTES_PER_TRIANGLE;
+    memory::check(bytes).map_err(|shortage| {
+        Error::Scene(format!("triangles that emit light, of all instances, are too many: {triangles} {shortage}"))
+    })
 }
 
 /// Over what light does in the scene. `hashes` are those of the meshes; `cache` holds all pictures of `materials`.
@@ -343,4 +321,24 @@ fn content_hash(
         environments: &far.pictures,
     };
     hash::content(description, content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    #[test]
+    fn places_that_make_too_many_lights_are_an_error_and_not_an_abort() {
+        let triangle = || EmissiveTriangle {
+            mesh: 0,
+            triangle: 0,
+            corners: [Vec3::ZERO, Vec3::X, Vec3::Y],
+            radiance: Rgb::ONE,
+            two_sided: false,
+            opacity: None,
+            slack: 0.0,
+        };
+        assert_eq!(collected(std::iter::repeat_with(triangle).take(5000)).unwrap().len(), 5000);
+        let message = check_lights(1 << 50).unwrap_err().to_string();
+        assert!(message.contains("1125899906842624 take "), "{message}");
+    }
 }

@@ -3,6 +3,7 @@
 mod build;
 mod camera;
 pub mod description;
+mod far_lights;
 mod hash;
 mod instances;
 mod load;

@@ -1,8 +1,9 @@
 //! How long paths get.
 
 use crate::common::{Loaded, own};
+use phototaxis::guiding::settings::GuidingMethod;
+use phototaxis::integrator::Roulette;
 use phototaxis::render::Settings;
-use phototaxis::scene::description::{GuidingMethod, Roulette};
 
 /// Segments of a path in the last iteration.
 fn segments(loaded: &Loaded, change: impl Fn(&mut Settings)) -> f64 {

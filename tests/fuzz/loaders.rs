@@ -1,7 +1,7 @@
 //! What is done with an input of each kind: all that a render or a comparison does with such a file.
 
 use crate::mutate::Kind;
-use crate::seeds;
+use crate::{pictures, seeds};
 use glam::Vec3;
 use phototaxis::format as scene_file;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
@@ -55,9 +55,9 @@ impl Loader {
             "toml" => text(&seeds::TOML),
             "scene" => text(&seeds::TOML[1..]),
             "json" => text(&seeds::JSON),
-            "png" => seeds::png(),
-            "jpeg" => seeds::jpeg(),
-            "exr" => seeds::exr(),
+            "png" => pictures::png(),
+            "jpeg" => pictures::jpeg(),
+            "exr" => pictures::exr(),
             "guide" => settings.iter().map(|settings| learnt(settings, folder)).collect(),
             "plan" => text(&seeds::PLAN),
             _ => text(&[seeds::RUNS]),
@@ -83,16 +83,16 @@ impl Loader {
             "json" => (&seeds::JSON_WORDS, true),
             "plan" => (&seeds::PLAN_WORDS, true),
             "runs" => (&seeds::RUNS_WORDS, true),
-            "png" => (&seeds::PNG_WORDS, false),
-            "jpeg" => (&seeds::JPEG_WORDS, false),
-            "exr" => (&seeds::EXR_WORDS, false),
+            "png" => (&pictures::PNG_WORDS, false),
+            "jpeg" => (&pictures::JPEG_WORDS, false),
+            "exr" => (&pictures::EXR_WORDS, false),
             _ => (&seeds::GUIDE_WORDS, false),
         };
         let mut bytes = Kind { seeds: &self.seeds, words, text }.input(index);
         // a checksum that is wrong would be all that is ever found
         let mend = index >= self.seeds() && !index.is_multiple_of(8);
         match self.name {
-            "png" if mend => seeds::mend_png(&mut bytes),
+            "png" if mend => pictures::mend_png(&mut bytes),
             "guide" if mend => mend_guide(&mut bytes),
             _ => (),
         }

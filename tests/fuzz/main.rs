@@ -7,6 +7,7 @@
 
 mod loaders;
 mod mutate;
+mod pictures;
 mod seeds;
 
 use loaders::{LOADERS, Loader};

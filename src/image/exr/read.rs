@@ -39,6 +39,7 @@ impl ExrFile {
             let has: Vec<&str> = self.channels.keys().map(String::as_str).collect();
             return Err(format!("lacks channel {}; has {}", missing.join(", "), has.join(", ")));
         }
+        memory::check(12 * (self.width * self.height) as u64).map_err(|shortage| format!("its pixels {shortage}"))?;
         let [r, g, b] = ["R", "G", "B"].map(|name| &self.channels[name]);
         let data = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Rgb::new(r, g, b)).collect();
         Ok(Image { width: self.width, height: self.height, data })
@@ -79,8 +80,9 @@ fn decode(path: &Path, source: impl Read + Seek, length: u64, max_bytes: u64) ->
         error => Error::file(path, format!("not a readable OpenEXR file: {error}")),
     };
     let reader = ::exr::block::read(source, false).map_err(fault)?;
-    check_headers(path, reader.headers(), max_bytes)?;
+    let bytes = check_headers(path, reader.headers(), max_bytes)?;
     check_contents(path, reader.headers(), length)?;
+    memory::check(bytes).map_err(|shortage| Error::file(path, format!("the decoded picture would {shortage}")))?;
     // One thread only: a panic in the crate's own threads would end the process.
     let picture = ::exr::image::read::read()
         .no_deep_data()
@@ -94,7 +96,8 @@ fn decode(path: &Path, source: impl Read + Seek, length: u64, max_bytes: u64) ->
     collect(picture).map_err(|message| Error::file(path, message))
 }
 
-fn check_headers(path: &Path, headers: &[Header], max_bytes: u64) -> Result<()> {
+/// Bytes of what the file says that it holds, when decoded.
+fn check_headers(path: &Path, headers: &[Header], max_bytes: u64) -> Result<u64> {
     let mut bytes = 0u64;
     for header in headers {
         if header.deep {
@@ -111,7 +114,7 @@ fn check_headers(path: &Path, headers: &[Header], max_bytes: u64) -> Result<()> 
         bytes = bytes.saturating_add(4 * pixels * header.channels.list.len() as u64);
         check_size(path, (1, 1), bytes, max_bytes)?;
     }
-    memory::check(bytes).map_err(|shortage| Error::file(path, format!("the decoded picture would {shortage}")))
+    Ok(bytes)
 }
 
 /// Refuses sizes that a damaged header makes up: compression has its bounds.

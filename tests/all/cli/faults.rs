@@ -125,7 +125,7 @@ fn sizes_that_there_is_no_memory_for_are_errors_by_name() {
     let film = message("unlimited", &size("65536"));
     assert!(film.starts_with("error: film.width × film.height: 65536 × 65536 pixels take "), "{film}");
     assert!(film.ends_with(" are free") && film.lines().count() == 1, "{film}");
-    // 5 GB of pixels where the process may have 3
+    // 6.4 GB of pixels where the process may have 3
     let film = message("3000000", &size("5000"));
     assert!(film.starts_with("error: film.width × film.height: 5000 × 5000 pixels take "), "{film}");
     let guide = message("unlimited", &["guiding.memory=9000 TiB".to_string()]);
