@@ -9,11 +9,11 @@ use super::signals::Signals;
 use crate::format;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
-use crate::guiding::{Guide, Survey};
-use crate::inspect::{Comparison, Layers, Radiance, Seen};
+use crate::guiding::{Guide, GuideStats};
+use crate::inspect::{Comparison, Layers, PixelVertex, Radiance};
 use crate::platform::Platform;
-use crate::render::Keeping;
-use crate::render::guide_file::Trained;
+use crate::render::GuideIo;
+use crate::render::guide_file::LoadedGuide;
 use crate::scene::Scene;
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
@@ -69,7 +69,7 @@ struct Report {
     state: State,
     /// Learnt against traced.
     radiance: Comparison,
-    guide: Survey,
+    guide: GuideStats,
 }
 
 #[derive(Serialize)]
@@ -110,12 +110,12 @@ pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
     Ok(code)
 }
 
-fn seen(scene: &Scene, (x, y): (u32, u32)) -> Result<Seen<'_>> {
+fn seen(scene: &Scene, (x, y): (u32, u32)) -> Result<PixelVertex<'_>> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     if x >= width || y >= height {
         bail!("pixel {x},{y} is not in the picture: it has {width} × {height} pixels, counted from 0");
     }
-    Seen::through(scene, x, y)
+    PixelVertex::through(scene, x, y)
         .with_context(|| format!("behind pixel {x},{y} there is no surface that a guide could help"))
 }
 
@@ -128,17 +128,23 @@ fn prepare(arguments: &InspectArguments) -> Result<()> {
 
 /// The guide, and the program's exit code, which tells whether its training was interrupted.
 fn guide(arguments: &InspectArguments, scene: &Scene, description: &SceneFile) -> Result<(Guide, ExitCode)> {
-    if let Some(Trained { guide, .. }) = trained(arguments.guide_in.as_deref(), scene, description)? {
+    if let Some(LoadedGuide { guide, .. }) = trained(arguments.guide_in.as_deref(), scene, description)? {
         return Ok((guide, ExitCode::SUCCESS));
     }
     let signals = Signals::catch(arguments.quiet)?;
-    let keeping = Keeping { from: None, keep: true };
+    let keeping = GuideIo { from: None, keep: true };
     let rendering = watched(scene, description, keeping, arguments.quiet, signals.stop());
     let guide = rendering.guide.context("there is no guide to look at")?;
     Ok((guide, signals.exit_code()))
 }
 
-fn report(arguments: &InspectArguments, scene: &Scene, guide: &Guide, seen: &Seen, radiance: Comparison) -> Report {
+fn report(
+    arguments: &InspectArguments,
+    scene: &Scene,
+    guide: &Guide,
+    seen: &PixelVertex,
+    radiance: Comparison,
+) -> Report {
     let key = seen.state(guide);
     Report {
         schema: SCHEMA,
@@ -184,7 +190,8 @@ impl Report {
             line("not met in last iteration", format!("{:.1} %", 100.0 * g.not_met_share)),
             line("too little known to use", format!("{:.1} %", 100.0 * g.unusable_share)),
         ];
-        let decade = |d: &crate::guiding::Decade| line(&format!("visits {} to {}", d.from, d.to), d.states.to_string());
+        let decade =
+            |d: &crate::guiding::HistogramBin| line(&format!("visits {} to {}", d.from, d.to), d.states.to_string());
         lines.extend(g.visits.iter().map(decade));
         lines
     }

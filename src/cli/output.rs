@@ -108,7 +108,7 @@ fn beauty(estimate: &Estimate) -> Image {
 pub(super) fn layers(rendering: &Rendering, guide: Option<&Layers>) -> Vec<Layer> {
     let e = &rendering.estimate;
     let features =
-        |f: fn(&crate::film::tile::Features) -> crate::math::Rgb| -> Vec<_> { e.features.iter().map(f).collect() };
+        |f: fn(&crate::film::tile::Aovs) -> crate::math::Rgb| -> Vec<_> { e.features.iter().map(f).collect() };
     let mut layers = vec![
         Layer::color("", &e.mean),
         Layer::color("variance", &e.variance),

@@ -9,8 +9,8 @@ use crate::format;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::inspect::Layers;
-use crate::render::guide_file::{self, Subject};
-use crate::render::{Keeping, Rendering, Settings, Stop, render_until};
+use crate::render::guide_file::{self, GuideFingerprint};
+use crate::render::{GuideIo, Rendering, Settings, Stop, render_until};
 use crate::scene::Scene;
 use anyhow::{Result, bail};
 use clap::Args;
@@ -75,7 +75,7 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
     }
-    let keeping = Keeping {
+    let keeping = GuideIo {
         from: trained(arguments.guide_in.as_deref(), &scene, &description)?,
         keep: arguments.guide_out.is_some(),
     };
@@ -133,8 +133,8 @@ fn check_guide_options(arguments: &RenderArguments, scene: &SceneFile, outputs: 
 }
 
 /// What guides of this scene are kept for.
-pub(super) fn subject(scene: &Scene, description: &SceneFile) -> Subject {
-    Subject::new(scene.content_hash_text(), &description.guiding, &description.integrator)
+pub(super) fn subject(scene: &Scene, description: &SceneFile) -> GuideFingerprint {
+    GuideFingerprint::new(scene.content_hash_text(), &description.guiding, &description.integrator)
 }
 
 /// The guide in a file, where one is given.
@@ -142,13 +142,13 @@ pub(super) fn trained(
     path: Option<&Path>,
     scene: &Scene,
     description: &SceneFile,
-) -> Result<Option<guide_file::Trained>> {
+) -> Result<Option<guide_file::LoadedGuide>> {
     let read = |path| guide_file::read(path, &subject(scene, description), &description.guiding, scene.bounds());
     Ok(path.map(read).transpose()?)
 }
 
 /// Renders with a progress bar, until done or asked to stop.
-pub(super) fn watched(scene: &Scene, description: &SceneFile, keeping: Keeping, quiet: bool, stop: &Stop) -> Rendering {
+pub(super) fn watched(scene: &Scene, description: &SceneFile, keeping: GuideIo, quiet: bool, stop: &Stop) -> Rendering {
     let settings = Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),

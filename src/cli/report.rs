@@ -6,7 +6,7 @@ use crate::image::{Layer, NonFinite};
 use crate::inspect::Layers;
 use crate::integrator::Counters;
 use crate::platform::Platform;
-use crate::render::guide_file::Subject;
+use crate::render::guide_file::GuideFingerprint;
 use crate::render::{IterationReport, Reason, Rendering, Trial, Verdict};
 use crate::scene::Scene;
 use serde::Serialize;
@@ -91,7 +91,7 @@ pub struct Context<'a> {
     pub interrupted: bool,
     pub load_seconds: f64,
     pub build_seconds: f64,
-    pub subject: Subject,
+    pub subject: GuideFingerprint,
     /// Where they are asked for.
     pub guide_layers: Option<Layers>,
 }

@@ -1,8 +1,8 @@
 //! The film: sums of samples, iteration by iteration, and how iterations become one picture.
 
-use super::group::{Group, parity};
+use super::group::{IterationGroup, parity};
 use super::surplus::Surplus;
-use super::tile::{Features, Tile, TileSamples};
+use super::tile::{Aovs, Tile, TileSamples};
 use crate::film::Combine;
 use crate::math::Rgb;
 use rayon::prelude::*;
@@ -23,14 +23,14 @@ pub struct Film {
     width: u32,
     height: u32,
     combine: Combine,
-    group: Group,
+    group: IterationGroup,
     /// What it held when the newest iteration began, where it is not all of that.
-    before: Option<Group>,
+    before: Option<IterationGroup>,
     /// The group before, until there is a better picture than its own to hold its noise against.
-    pending: Option<Group>,
+    pending: Option<IterationGroup>,
     /// Of the groups before these.
     picture: Picture,
-    features: Vec<Features>,
+    features: Vec<Aovs>,
     feature_samples: u32,
     feature_surplus: Surplus,
 }
@@ -65,7 +65,7 @@ pub struct Estimate {
     /// without any is black.
     pub counts: Vec<u32>,
     /// Means of what the camera sees first.
-    pub features: Vec<Features>,
+    pub features: Vec<Aovs>,
 }
 
 impl Estimate {
@@ -88,11 +88,11 @@ impl Film {
             width,
             height,
             combine,
-            group: Group::new(pixels),
+            group: IterationGroup::new(pixels),
             before: None,
             pending: None,
             picture: Picture::new(pixels),
-            features: vec![Features::default(); pixels],
+            features: vec![Aovs::default(); pixels],
             feature_samples: 0,
             feature_surplus: Surplus::default(),
         }
@@ -163,14 +163,14 @@ impl Film {
             return;
         }
         if let Some(before) = self.pending.take() {
-            let new = Group::new(self.pixels());
+            let new = IterationGroup::new(self.pixels());
             let rest = std::mem::replace(&mut self.group, new);
             self.pending = Some(before.joined(&rest));
         }
     }
 
     /// The picture so far.
-    pub fn develop(&self) -> Estimate {
+    pub fn resolve(&self) -> Estimate {
         let mut picture = self.picture.clone();
         // a rest too small to be weighed by its own variance joins only where there is nothing else
         let alone = picture.samples == 0 && picture.surplus.is_empty() && self.pending.is_none();
@@ -201,7 +201,7 @@ impl Film {
     }
 
     fn close_group(&mut self) {
-        let new = Group::new(self.pixels());
+        let new = IterationGroup::new(self.pixels());
         let closed = std::mem::replace(&mut self.group, new);
         let (mut picture, pending) = (std::mem::take(&mut self.picture), self.pending.take());
         self.weigh_in(&mut picture, pending.as_ref(), &closed);
@@ -211,7 +211,7 @@ impl Film {
 
     /// Weighs the newest group into a picture; by inverse variance the one before it, as that has now a better picture than
     /// its own to be held against.
-    fn weigh_in(&self, picture: &mut Picture, pending: Option<&Group>, newest: &Group) {
+    fn weigh_in(&self, picture: &mut Picture, pending: Option<&IterationGroup>, newest: &IterationGroup) {
         match self.combine {
             Combine::Last => {
                 let before = std::mem::replace(picture, Picture::new(self.pixels()));
@@ -240,7 +240,7 @@ impl Picture {
         }
     }
 
-    fn weigh_in(&mut self, width: u32, group: &Group, weights: [Option<f64>; 2]) {
+    fn weigh_in(&mut self, width: u32, group: &IterationGroup, weights: [Option<f64>; 2]) {
         let (held, mean_count) = (self.samples, group.mean_count());
         let shares = [0, 1].map(|colour| self.add_weight(colour, weights[colour], mean_count));
         self.mean.par_iter_mut().zip(&mut self.variance).enumerate().for_each(|(i, (mean, variance))| {
@@ -279,7 +279,7 @@ impl Picture {
     }
 
     /// Takes the pixels of an earlier picture where the newest group, all that it holds, has no samples.
-    fn fill_in(&mut self, before: Picture, newest: &Group) {
+    fn fill_in(&mut self, before: Picture, newest: &IterationGroup) {
         if newest.surplus.is_empty() {
             return;
         }

@@ -33,7 +33,7 @@ fn variance_layer_is_the_variance_of_the_mean() {
         for spp in [8, 16, 32] {
             add_noise(&mut film, spp, 1.0, &mut rng);
         }
-        let estimate = film.develop();
+        let estimate = film.resolve();
         let (claimed, real) =
             (estimate.variance.iter().map(|v| v.x).sum::<f32>() / 4096.0, mean_square_error(&estimate));
         // 4096 pixels: the error of a variance estimated from them is √(2/4096) = 2.2 %
@@ -48,7 +48,7 @@ fn inverse_variance_beats_equal_weights_where_iterations_differ() {
         let mut rng = Rng::new(5);
         add_noise(&mut film, 32, 4.0, &mut rng);
         add_noise(&mut film, 32, 0.5, &mut rng);
-        mean_square_error(&film.develop())
+        mean_square_error(&film.resolve())
     };
     let (all, weighted, last) = (error(Combine::All), error(Combine::InverseVariance), error(Combine::Last));
     assert!(weighted < 0.1 * all && weighted < last, "all {all}, weighted {weighted}, last {last}");
@@ -78,7 +78,7 @@ fn a_noisy_beginning_is_known_as_such() {
         add_noise(&mut film, spp, 2.7, &mut rng);
         add_noise(&mut late, spp, 2.7, &mut again);
     }
-    let (all, late) = (mean_square_error(&film.develop()), mean_square_error(&late.develop()));
+    let (all, late) = (mean_square_error(&film.resolve()), mean_square_error(&late.resolve()));
     assert!(all < 1.05 * late, "{all} with the beginning, {late} without");
 }
 
@@ -92,7 +92,7 @@ fn a_black_film_stays_black_and_finite() {
     }
     film.add_samples(16, false);
     film.end_iteration();
-    assert!(film.develop().mean.iter().all(|&v| v == Rgb::ZERO));
+    assert!(film.resolve().mean.iter().all(|&v| v == Rgb::ZERO));
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn scaling_the_light_scales_the_picture_and_nothing_else() {
             film.add_samples(spp, false);
             film.end_iteration();
         }
-        film.develop().mean
+        film.resolve().mean
     };
     let (one, tiny) = (picture(1.0), picture(2.0f32.powi(-20)));
     for (a, b) in one.iter().zip(&tiny) {

@@ -26,7 +26,7 @@ impl Known {
             let (x, y) = (tile.x as usize + k % tile.width as usize, tile.y as usize + k / tile.width as usize);
             self.samples.last_mut().unwrap()[y * SIDE as usize + x].push(value.x);
         }
-        let features = vec![Features { depth: 2.0, ..Features::default() }; sum.len()];
+        let features = vec![Aovs { depth: 2.0, ..Aovs::default() }; sum.len()];
         let sum_squares = sum.iter().map(|&v| v * v).collect();
         self.film.add(tile, &TileSamples { sum, sum_squares, features });
     }
@@ -74,7 +74,7 @@ fn a_pixel_has_mean_and_variance_of_its_own_samples() {
     for combine in COMBINES {
         let mut known = Known::new(combine, 1);
         known.iterate(5, 3, 1.0);
-        let estimate = known.film.develop();
+        let estimate = known.film.resolve();
         assert_eq!((estimate.samples, estimate.spread()), (6, (5, 8, 0)), "{combine:?}");
         for i in 0..PIXELS {
             let (mean, variance) = known.of(i);
@@ -92,7 +92,7 @@ fn all_samples_count_alike_where_iterations_do() {
     for (whole, more) in [(4, 0), (8, 0), (0, 1)] {
         known.iterate(whole, more, 1.0);
     }
-    let estimate = known.film.develop();
+    let estimate = known.film.resolve();
     assert_eq!(estimate.spread(), (12, 13, 0));
     for i in 0..PIXELS {
         assert!((estimate.mean[i].x / known.of(i).0 - 1.0).abs() < 1e-6, "pixel {i}");
@@ -110,7 +110,7 @@ fn the_variance_layer_is_that_of_the_mean_in_either_half() {
         known.iterate(16, 0, 1.0);
         known.iterate(whole, more, 1.0);
         known.film.join_rest();
-        let estimate = known.film.develop();
+        let estimate = known.film.resolve();
         assert_eq!(estimate.spread(), (24 + whole, 24 + whole + more, 0));
         for half in halves(&estimate) {
             let claimed = mean(&half, |i| estimate.variance[i].x);
@@ -130,9 +130,9 @@ fn a_rest_too_small_to_be_weighed_is_part_of_the_picture() {
     let mut known = Known::new(Combine::InverseVariance, 4);
     known.iterate(8, 0, 1.0);
     known.iterate(0, 3, 1.0);
-    assert_eq!(known.film.develop().spread(), (8, 8, 0), "in the middle of a render it may still grow");
+    assert_eq!(known.film.resolve().spread(), (8, 8, 0), "in the middle of a render it may still grow");
     known.film.join_rest();
-    let estimate = known.film.develop();
+    let estimate = known.film.resolve();
     assert_eq!(estimate.spread(), (8, 11, 0));
     for i in 0..PIXELS {
         assert!((estimate.mean[i].x / known.of(i).0 - 1.0).abs() < 1e-6, "pixel {i}");
@@ -145,7 +145,7 @@ fn pixels_without_samples_are_black_and_said_to_be() {
         let mut known = Known::new(combine, 5);
         known.iterate(0, 1, 1.0);
         known.film.join_rest();
-        let estimate = known.film.develop();
+        let estimate = known.film.resolve();
         assert_eq!((estimate.samples, estimate.spread()), (0, (0, 1, PIXELS / 2)), "{combine:?}");
         for i in 0..PIXELS {
             let expected = if i < PIXELS / 2 { known.of(i).0 } else { 0.0 };
@@ -159,7 +159,7 @@ fn the_last_iteration_replaces_the_one_before_only_where_it_has_samples() {
     let mut known = Known::new(Combine::Last, 6);
     known.iterate(8, 0, 4.0);
     known.iterate(0, 2, 1.0);
-    let estimate = known.film.develop();
+    let estimate = known.film.resolve();
     assert_eq!(estimate.spread(), (2, 8, 0));
     for i in 0..PIXELS {
         let newest = &known.samples[if i < PIXELS / 2 { 1 } else { 0 }][i];
@@ -182,7 +182,7 @@ fn tiles_that_all_have_their_samples_are_as_a_whole_pass() {
             }
             known.film.end_iteration();
         }
-        let Estimate { mean, variance, samples, counts, .. } = known.film.develop();
+        let Estimate { mean, variance, samples, counts, .. } = known.film.resolve();
         (mean, variance, samples, counts)
     };
     assert_eq!(film(true), film(false));

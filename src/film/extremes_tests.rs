@@ -24,7 +24,7 @@ fn film(combine: Combine, size: [u32; 2], iterations: &[u32], mut sample: impl F
 }
 
 fn check_finite(film: &Film) {
-    let Estimate { mean, variance, .. } = film.develop();
+    let Estimate { mean, variance, .. } = film.resolve();
     assert!(mean.iter().chain(&variance).all(|v| v.is_finite() && v.min_element() >= 0.0), "{mean:?} ± {variance:?}");
     let variances = film.newest_variances().into_iter().chain(film.sample_variances()).flatten();
     assert!(variances.into_iter().all(|v| v.is_finite() && v >= 0.0));
@@ -78,7 +78,7 @@ fn groups_that_are_black_in_a_colour_give_a_finite_picture() {
         let iterations = [0, 1, 2, 3].map(|k| [0, 1].map(|colour| pattern >> (2 * k + colour) & 1 == 1));
         let film = film(Combine::InverseVariance, [6, 4], &[4, 4, 4, 4], lit(iterations));
         check_finite(&film);
-        let mean = film.develop().mean;
+        let mean = film.resolve().mean;
         for colour in [0, 1] {
             let any = iterations.iter().any(|lit| lit[colour]);
             assert_eq!(mean[colour] != Rgb::ZERO, any, "{iterations:?}: what an iteration found is in the picture");
@@ -93,15 +93,15 @@ fn a_black_group_counts_as_much_as_its_samples() {
         let mut iterations = [[true; 2]; 4];
         iterations[black] = [false; 2];
         let film = film(Combine::InverseVariance, [6, 4], &[4, 4, 4, 4], lit(iterations));
-        let mean = film.develop().mean[0].x;
+        let mean = film.resolve().mean[0].x;
         assert!((mean - 0.5 * 0.75).abs() < 1e-6, "iteration {black} of 4 is black: {mean}");
     }
-    let nothing = film(Combine::InverseVariance, [6, 4], &[4, 4], |_, _| Rgb::ZERO).develop();
+    let nothing = film(Combine::InverseVariance, [6, 4], &[4, 4], |_, _| Rgb::ZERO).resolve();
     assert!(nothing.mean.iter().chain(&nothing.variance).all(|&v| v == Rgb::ZERO));
 }
 
 #[test]
 fn noiseless_groups_are_weighed_alike() {
     let film = film(Combine::InverseVariance, [6, 4], &[4, 4, 8], |pixel, _| Rgb::splat(1.0 + pixel as f32));
-    assert!(film.develop().mean.iter().enumerate().all(|(pixel, &v)| v == Rgb::splat(1.0 + pixel as f32)));
+    assert!(film.resolve().mean.iter().enumerate().all(|(pixel, &v)| v == Rgb::splat(1.0 + pixel as f32)));
 }

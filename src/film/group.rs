@@ -22,7 +22,7 @@ const MOST_VARIANCE: f32 = f32::MAX / 4.0;
 
 /// Sums of samples, pixel by pixel.
 #[derive(Clone, Debug)]
-pub(super) struct Group {
+pub(super) struct IterationGroup {
     /// In double precision: the mean of equal samples is that sample, to the last bit.
     pub sum: Vec<DVec3>,
     pub sum_squares: Vec<Rgb>,
@@ -31,9 +31,9 @@ pub(super) struct Group {
     pub surplus: Surplus,
 }
 
-impl Group {
-    pub fn new(pixels: usize) -> Group {
-        Group {
+impl IterationGroup {
+    pub fn new(pixels: usize) -> IterationGroup {
+        IterationGroup {
             sum: vec![DVec3::ZERO; pixels],
             sum_squares: vec![Rgb::ZERO; pixels],
             samples: 0,
@@ -57,7 +57,7 @@ impl Group {
     }
 
     /// Both together.
-    pub fn joined(mut self, other: &Group) -> Group {
+    pub fn joined(mut self, other: &IterationGroup) -> IterationGroup {
         self.sum.par_iter_mut().zip(&other.sum).for_each(|(sum, more)| *sum += more);
         self.sum_squares.par_iter_mut().zip(&other.sum_squares).for_each(|(sum, more)| *sum += more);
         self.samples += other.samples;
@@ -78,8 +78,8 @@ impl Group {
     }
 
     /// The samples that came after those of `before`, of which all pixels had equally many.
-    pub fn since(&self, before: &Group) -> Group {
-        Group {
+    pub fn since(&self, before: &IterationGroup) -> IterationGroup {
+        IterationGroup {
             sum: self.sum.iter().zip(&before.sum).map(|(all, before)| all - before).collect(),
             sum_squares: self.sum_squares.iter().zip(&before.sum_squares).map(|(all, before)| all - before).collect(),
             samples: self.samples - before.samples,
@@ -116,7 +116,7 @@ impl Group {
     ///
     /// `None` where the pixels of the other colour are all black in the group or in `picture`. Such samples have found no
     /// light and tell nothing of how much it varies; their variance of zero is no sign of a good picture.
-    pub fn weights(&self, width: usize, picture: &Group) -> [Option<f64>; 2] {
+    pub fn weights(&self, width: usize, picture: &IterationGroup) -> [Option<f64>; 2] {
         let weight = |colour: usize| {
             let of_colour = |i: &usize| parity(*i, width) == colour;
             if !(0..self.sum.len()).filter(of_colour).any(|i| self.sum[i] != DVec3::ZERO) {

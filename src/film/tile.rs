@@ -24,12 +24,12 @@ pub struct TileSamples {
     pub sum: Vec<Rgb>,
     pub sum_squares: Vec<Rgb>,
     /// Empty where not asked for.
-    pub features: Vec<Features>,
+    pub features: Vec<Aovs>,
 }
 
 /// What the first hit of a camera ray looks like; zero where it leaves the scene.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Features {
+pub struct Aovs {
     pub albedo: Rgb,
     /// Shading normal in world space, facing the camera.
     pub normal: Rgb,
@@ -37,18 +37,18 @@ pub struct Features {
     pub depth: f32,
 }
 
-impl std::ops::AddAssign for Features {
-    fn add_assign(&mut self, other: Features) {
+impl std::ops::AddAssign for Aovs {
+    fn add_assign(&mut self, other: Aovs) {
         self.albedo += other.albedo;
         self.normal += other.normal;
         self.depth += other.depth;
     }
 }
 
-impl std::ops::Mul<f32> for Features {
-    type Output = Features;
+impl std::ops::Mul<f32> for Aovs {
+    type Output = Aovs;
 
-    fn mul(self, k: f32) -> Features {
-        Features { albedo: self.albedo * k, normal: self.normal * k, depth: self.depth * k }
+    fn mul(self, k: f32) -> Aovs {
+        Aovs { albedo: self.albedo * k, normal: self.normal * k, depth: self.depth * k }
     }
 }

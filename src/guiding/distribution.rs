@@ -1,7 +1,7 @@
 //! What the guide proposes at one path vertex.
 
-use super::field::WHOLE;
 use super::sdtree::Quadtree;
+use super::snapshot::WHOLE;
 use super::strata::Strata;
 use super::tree::{self, LeafIndex, Node};
 use crate::guiding::settings::GuideSampling;

@@ -1,11 +1,11 @@
 //! The learner: owns the Q-table, has its shards learn, and cuts and drops what is in it between iterations.
 
-use super::lesson::{Lesson, Rules};
-use super::qtable::{Actions, Entry, Fraction, Returns, Shard, State, bytes_besides_actions, bytes_of_strata};
+use super::qtable::{Actions, Entry, Fraction, ReturnMoments, Shard, State, bytes_besides_actions, bytes_of_strata};
 use super::recorder::{Recorder, SHARDS, Transition, shard_of};
 use super::states::{StateKey, States};
 use super::strata::{Domain, Strata};
 use super::tree::{Cells, FAN, TreeShape, bytes_per_node};
+use super::update_job::{Rules, UpdateJob};
 use crate::guiding::settings::{DirectionTable, GuidingSettings, Rate};
 use crate::math::Frame;
 use glam::Vec3;
@@ -111,10 +111,10 @@ impl Learner {
     }
 
     /// What the tiles recorded, by shard, in the order of `recorders`: the result is the same for any number of threads.
-    pub fn lessons<'a>(&'a mut self, recorders: &'a [&'a Recorder], states: &'a States) -> Vec<Lesson<'a>> {
+    pub fn lessons<'a>(&'a mut self, recorders: &'a [&'a Recorder], states: &'a States) -> Vec<UpdateJob<'a>> {
         let Learner { shards, table, oriented, rate, memory, .. } = self;
         let rules = Rules { states, table, oriented: *oriented, rate: *rate, room: *memory / SHARDS };
-        let lesson = |(number, shard)| Lesson { rules, shard, number, recorders };
+        let lesson = |(number, shard)| UpdateJob { rules, shard, number, recorders };
         shards.iter_mut().enumerate().map(lesson).collect()
     }
 
@@ -217,7 +217,7 @@ pub fn in_table(domain: Domain, normal: Vec3, w: Vec3) -> Vec3 {
     }
 }
 
-impl Returns {
+impl ReturnMoments {
     /// Counts a transition in.
     #[inline]
     pub(super) fn add(&mut self, transition: &Transition) {

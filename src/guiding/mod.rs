@@ -1,53 +1,53 @@
 //! Learning where light comes from, while rendering.
 //!
 //! A *state* is where a path vertex lies, an *action* the stratum of the hemisphere into which the path goes on,
-//! Q(s, a) the radiance (luminance) that arrives at s from a. Tiles record transitions, [`Lesson`]s fold them
+//! Q(s, a) the radiance (luminance) that arrives at s from a. Tiles record transitions, [`UpdateJob`]s fold them
 //! into the [`learner`]'s [`qtable`], and a [`Field`] is the frozen snapshot that an iteration samples from. An
 //! [`sdtree`] does both in a way of its own.
 //! Nothing here knows of materials, integrators or Embree.
 
 mod direction;
 mod distribution;
-mod field;
+mod guide_stats;
 mod lanes;
 pub mod learner;
-mod leaves;
-mod lesson;
-mod placing;
+mod ppg;
 pub mod qtable;
 pub mod recorder;
 mod refine;
+mod region_index;
 mod rows;
 pub mod sdtree;
 pub mod settings;
-mod slots;
+mod site_placement;
+mod snapshot;
 pub mod states;
 mod stored;
 pub mod strata;
-mod survey;
 mod tables;
 pub mod tree;
+mod update_job;
 mod view;
 pub mod voronoi;
 
 pub use direction::PackedDirection;
 pub use distribution::GuidingDistribution;
-pub use field::Summary;
+pub use guide_stats::{GuideStats, HistogramBin};
 pub use lanes::GuideLanes;
-pub use lesson::Lesson;
 pub use recorder::{Recorder, Transition};
+pub use snapshot::RegionInfo;
 pub use states::StateKey;
 pub use stored::Stored;
-pub use survey::{Decade, Survey};
 pub use tree::Node;
+pub use update_job::UpdateJob;
 pub use view::StateView;
 
 use crate::guiding::settings::{GuidingMethod, GuidingSettings};
 use crate::simd::{LANES, Vec3Lanes};
-use field::TableField;
 use glam::Vec3;
-use leaves::Leaves;
-use placing::Placing;
+use ppg::PpgGuide;
+use site_placement::SitePlacement;
+use snapshot::Snapshot;
 use states::{Adaptive, Grid, States};
 use tables::Tables;
 
@@ -62,7 +62,7 @@ pub struct Guide {
 
 enum Kind {
     Tables(Box<Tables>),
-    Leaves(Box<Leaves>),
+    PpgGuide(Box<PpgGuide>),
 }
 
 impl Guide {
@@ -83,10 +83,10 @@ impl Guide {
                 tables(States::Adaptive(Adaptive::within(low, high, settings.resolution, settings.levels, most)))
             }
             GuidingMethod::Voronoi => {
-                let (states, placing) = Placing::begin(settings, triangles);
+                let (states, placing) = SitePlacement::begin(settings, triangles);
                 Kind::Tables(Box::new(Tables::new(settings, states, placing)))
             }
-            GuidingMethod::SdTree => Kind::Leaves(Box::new(Leaves::new(settings, bounds))),
+            GuidingMethod::SdTree => Kind::PpgGuide(Box::new(PpgGuide::new(settings, bounds))),
         };
         Some(Guide { method: settings.method.model(), kind })
     }
@@ -99,7 +99,7 @@ impl Guide {
     fn tables(&self) -> Option<&Tables> {
         match &self.kind {
             Kind::Tables(tables) => Some(tables),
-            Kind::Leaves(_) => None,
+            Kind::PpgGuide(_) => None,
         }
     }
 
@@ -107,7 +107,7 @@ impl Guide {
     pub fn field(&self) -> Field<'_> {
         match &self.kind {
             Kind::Tables(tables) => Field::Tables(tables.field()),
-            Kind::Leaves(leaves) => Field::Leaves(leaves),
+            Kind::PpgGuide(leaves) => Field::PpgGuide(leaves),
         }
     }
 
@@ -115,21 +115,21 @@ impl Guide {
     pub fn learn(&mut self, recorders: &[&Recorder]) {
         match &mut self.kind {
             Kind::Tables(tables) => tables.learn(recorders),
-            Kind::Leaves(leaves) => leaves.learn(recorders),
+            Kind::PpgGuide(leaves) => leaves.learn(recorders),
         }
     }
 
     /// The same in parts, for any threads in any order, and the snapshot, which may be in use meanwhile. An SD-tree
     /// learns at once.
-    pub fn lessons<'a>(&'a mut self, recorders: &'a [&'a Recorder]) -> (Field<'a>, Vec<Lesson<'a>>) {
+    pub fn lessons<'a>(&'a mut self, recorders: &'a [&'a Recorder]) -> (Field<'a>, Vec<UpdateJob<'a>>) {
         match &mut self.kind {
             Kind::Tables(tables) => {
                 let (field, lessons) = tables.lessons(recorders);
                 (Field::Tables(field), lessons)
             }
-            Kind::Leaves(leaves) => {
+            Kind::PpgGuide(leaves) => {
                 leaves.learn(recorders);
-                (Field::Leaves(leaves), Vec::new())
+                (Field::PpgGuide(leaves), Vec::new())
             }
         }
     }
@@ -140,7 +140,7 @@ impl Guide {
     pub fn refresh(&mut self) {
         match &mut self.kind {
             Kind::Tables(tables) => tables.refresh(),
-            Kind::Leaves(_) => (),
+            Kind::PpgGuide(_) => (),
         }
     }
 
@@ -149,7 +149,7 @@ impl Guide {
     pub fn end_iteration(&mut self, spp: u32) {
         match &mut self.kind {
             Kind::Tables(tables) => tables.end_iteration(),
-            Kind::Leaves(leaves) => leaves.end_iteration(spp),
+            Kind::PpgGuide(leaves) => leaves.end_iteration(spp),
         }
     }
 
@@ -162,7 +162,7 @@ impl Guide {
     pub fn states(&self) -> usize {
         match &self.kind {
             Kind::Tables(tables) => tables.states(),
-            Kind::Leaves(leaves) => leaves.tree().leaves(),
+            Kind::PpgGuide(leaves) => leaves.tree().leaves(),
         }
     }
 
@@ -170,7 +170,7 @@ impl Guide {
     pub fn bytes(&self) -> usize {
         match &self.kind {
             Kind::Tables(tables) => tables.bytes(),
-            Kind::Leaves(leaves) => leaves.bytes(),
+            Kind::PpgGuide(leaves) => leaves.bytes(),
         }
     }
 }
@@ -178,8 +178,8 @@ impl Guide {
 /// The frozen guide: what sampling and pdf read during an iteration.
 #[derive(Clone, Copy)]
 pub enum Field<'a> {
-    Tables(&'a TableField),
-    Leaves(&'a Leaves),
+    Tables(&'a Snapshot),
+    PpgGuide(&'a PpgGuide),
 }
 
 /// The states of a path vertex. Of tables both are the same; an SD-tree's filter moves only what is recorded.
@@ -202,7 +202,7 @@ impl<'a> Field<'a> {
                 let key = tables.state(p, n, [jitter[0], jitter[1]])?;
                 Some(Place { drawn: key, recorded: key })
             }
-            Field::Leaves(leaves) => Some(Place { drawn: leaves.drawn(p), recorded: leaves.recorded(p, jitter) }),
+            Field::PpgGuide(leaves) => Some(Place { drawn: leaves.drawn(p), recorded: leaves.recorded(p, jitter) }),
         }
     }
 
@@ -212,34 +212,34 @@ impl<'a> Field<'a> {
     pub fn places(self, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 3]) -> Option<[StateKey; LANES]> {
         match self {
             Field::Tables(tables) => tables.keys(p, n, [jitter[0], jitter[1]]),
-            Field::Leaves(_) => None,
+            Field::PpgGuide(_) => None,
         }
     }
 
     /// What is known of a state, where that is enough.
     #[inline(always)]
-    pub fn summary(self, key: StateKey) -> Option<&'a Summary> {
+    pub fn summary(self, key: StateKey) -> Option<&'a RegionInfo> {
         match self {
             Field::Tables(tables) => tables.summary(key),
-            Field::Leaves(leaves) => leaves.summary(key),
+            Field::PpgGuide(leaves) => leaves.summary(key),
         }
     }
 
     /// Where to go on at a point with the normal `n`, on the side of the path, of a state of which `summary` is known.
     #[inline(always)]
-    pub fn distribution(self, summary: &Summary, n: Vec3) -> GuidingDistribution<'a> {
+    pub fn distribution(self, summary: &RegionInfo, n: Vec3) -> GuidingDistribution<'a> {
         match self {
             Field::Tables(tables) => tables.distribution(summary, n),
-            Field::Leaves(leaves) => leaves.distribution(summary),
+            Field::PpgGuide(leaves) => leaves.distribution(summary),
         }
     }
 
     /// The same where it is a tree: the normal of its hemisphere, and its nodes.
     #[inline(always)]
-    pub fn tree(self, summary: &Summary, n: Vec3) -> Option<(Vec3, &'a [Node])> {
+    pub fn tree(self, summary: &RegionInfo, n: Vec3) -> Option<(Vec3, &'a [Node])> {
         match self {
             Field::Tables(tables) => tables.tree(summary, n),
-            Field::Leaves(_) => None,
+            Field::PpgGuide(_) => None,
         }
     }
 
@@ -247,7 +247,7 @@ impl<'a> Field<'a> {
     pub fn len(self) -> usize {
         match self {
             Field::Tables(tables) => tables.len(),
-            Field::Leaves(leaves) => leaves.known(),
+            Field::PpgGuide(leaves) => leaves.known(),
         }
     }
 
@@ -259,7 +259,7 @@ impl<'a> Field<'a> {
     pub fn bytes(self) -> usize {
         match self {
             Field::Tables(tables) => tables.bytes(),
-            Field::Leaves(leaves) => leaves.bytes(),
+            Field::PpgGuide(leaves) => leaves.bytes(),
         }
     }
 }

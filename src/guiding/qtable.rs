@@ -45,14 +45,14 @@ pub struct State {
     pub fresh: f32,
     /// Whether it was ever met; else all that it knows is of the state that it was a part of.
     pub met: bool,
-    pub returns: Returns,
+    pub returns: ReturnMoments,
     pub fraction: Fraction,
 }
 
 /// Moments of the one-sample estimate of a state's irradiance over π, that is of target·f·cosθ/p with the BSDF's albedo
 /// divided out, and the rays it took. Roulette and splitting go by them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Returns {
+pub struct ReturnMoments {
     pub weight: f32,
     pub mean: f32,
     pub square: f32,
@@ -103,12 +103,12 @@ impl State {
 
 /// Bytes of `k` strata, learnt and frozen.
 pub fn bytes_of_strata(k: usize) -> usize {
-    k * (size_of::<Entry>() + super::field::bytes_per_stratum())
+    k * (size_of::<Entry>() + super::snapshot::bytes_per_stratum())
 }
 
 /// Bytes of a state of which no direction is known, snapshot included.
 pub fn bytes_besides_actions() -> usize {
-    size_of::<State>() + 2 * (size_of::<(StateKey, u32)>() + 1) + super::field::bytes_besides_rows()
+    size_of::<State>() + 2 * (size_of::<(StateKey, u32)>() + 1) + super::snapshot::bytes_besides_rows()
 }
 
 /// The part of the table whose states hash to one shard. States are held in the order in which they are first met.

@@ -2,7 +2,7 @@
 //! there must be room.
 
 use super::learner::Learner;
-use super::qtable::{Returns, Shard, State};
+use super::qtable::{ReturnMoments, Shard, State};
 use super::recorder::shard_of;
 use super::states::{Adaptive, StateKey};
 use super::tree::FAN;
@@ -107,7 +107,7 @@ fn parts(state: &State) -> Vec<State> {
     const SHARE: f32 = 0.25;
     let part = |key: StateKey| {
         let mut part = State { key, visits: state.visits * SHARE, fresh: 0.0, met: false, ..state.clone() };
-        part.returns = Returns { weight: part.returns.weight * SHARE, ..part.returns };
+        part.returns = ReturnMoments { weight: part.returns.weight * SHARE, ..part.returns };
         part.entries_mut().iter_mut().for_each(|entry| entry.visits *= SHARE);
         part
     };

@@ -1,7 +1,7 @@
 //! From what is known of a state's strata to the row that sampling reads.
 
-use super::field::WHOLE;
 use super::qtable::Entry;
+use super::snapshot::WHOLE;
 use super::strata::Strata;
 
 /// Estimates of Q by stratum: what few visits say leans towards the mean of what is known, and then each towards its

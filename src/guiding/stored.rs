@@ -1,8 +1,8 @@
 //! What of a guide outlives a render: all that it has learnt, and nothing that can be made of that again.
 
 use super::learner::{Learner, Table};
-use super::leaves::Leaves;
-use super::qtable::{Actions, Returns, State};
+use super::ppg::PpgGuide;
+use super::qtable::{Actions, ReturnMoments, State};
 use super::sdtree::StoredTree;
 use super::states::States;
 use super::tables::Tables;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 #[derive(Serialize, Deserialize)]
 pub enum Stored<'g> {
     Tables(StoredTables<'g>),
-    Leaves(StoredLeaves<'g>),
+    PpgGuide(StoredLeaves<'g>),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -33,14 +33,14 @@ pub struct StoredTables<'g> {
 #[derive(Serialize, Deserialize)]
 pub struct StoredLeaves<'g> {
     tree: StoredTree<'g>,
-    returns: Cow<'g, [Returns]>,
+    returns: Cow<'g, [ReturnMoments]>,
 }
 
 impl Guide {
     pub fn stored(&self) -> Stored<'_> {
         match &self.kind {
             Kind::Tables(tables) => Stored::Tables(tables.stored()),
-            Kind::Leaves(leaves) => Stored::Leaves(leaves.stored()),
+            Kind::PpgGuide(leaves) => Stored::PpgGuide(leaves.stored()),
         }
     }
 
@@ -52,13 +52,13 @@ impl Guide {
     pub fn restore(&mut self, stored: Stored) -> Result<(), String> {
         match (&mut self.kind, stored) {
             (Kind::Tables(tables), Stored::Tables(stored)) => tables.restore(stored),
-            (Kind::Leaves(leaves), Stored::Leaves(stored)) => leaves.restore(stored),
+            (Kind::PpgGuide(leaves), Stored::PpgGuide(stored)) => leaves.restore(stored),
             _ => Err("what was learnt is of another kind than guiding.method asks for".into()),
         }
     }
 }
 
-impl Leaves {
+impl PpgGuide {
     fn stored(&self) -> StoredLeaves<'_> {
         StoredLeaves { tree: self.tree.stored(), returns: Cow::Borrowed(&self.returns) }
     }

@@ -1,12 +1,12 @@
 //! The guide of tables: states, each with the values of its directions.
 
-use super::field::{TableField, Use};
 use super::learner::{Learner, Table};
-use super::lesson::Lesson;
-use super::placing::Placing;
 use super::recorder::Recorder;
 use super::refine;
+use super::site_placement::SitePlacement;
+use super::snapshot::{SamplingOptions, Snapshot};
 use super::states::States;
+use super::update_job::UpdateJob;
 use super::voronoi::Voronoi;
 use crate::guiding::settings::GuidingSettings;
 use rayon::prelude::*;
@@ -19,22 +19,22 @@ const VISITS_PER_STATE: u64 = 1024;
 /// What was learnt so far, and the snapshot of it that is in use.
 pub struct Tables {
     pub(super) states: States,
-    pub(super) field: TableField,
+    pub(super) field: Snapshot,
     pub(super) learner: Learner,
     /// An iteration ended, and the next one has not begun to learn: only then do earlier visits fade.
     pub(super) ended: bool,
     refinement: refine::Limits,
     /// While there are no sites.
-    placing: Option<Placing>,
+    placing: Option<SitePlacement>,
     /// Bytes for states and tables.
     pub(super) memory: usize,
 }
 
 impl Tables {
     /// Nothing known yet.
-    pub fn new(settings: &GuidingSettings, states: States, placing: Option<Placing>) -> Tables {
+    pub fn new(settings: &GuidingSettings, states: States, placing: Option<SitePlacement>) -> Tables {
         let table = Table::new(settings);
-        let usage = Use {
+        let usage = SamplingOptions {
             sampling: settings.sampling,
             bsdf_fraction: settings.bsdf_fraction,
             learnt_fraction: settings.learns_fraction(),
@@ -44,21 +44,21 @@ impl Tables {
         let memory = usize::try_from(settings.memory).unwrap_or(usize::MAX);
         let left = memory.saturating_sub(states.bytes());
         let learner = Learner::new(table.clone(), states.oriented(), settings.rate, left);
-        let field = TableField::empty(states.clone(), table, usage);
+        let field = Snapshot::empty(states.clone(), table, usage);
         let refinement = refine::Limits { visits: settings.refine_visits, difference: settings.refine_difference };
         Tables { states, field, learner, ended: false, refinement, placing, memory }
     }
 
-    pub fn field(&self) -> &TableField {
+    pub fn field(&self) -> &Snapshot {
         &self.field
     }
 
     pub fn learn(&mut self, recorders: &[&Recorder]) {
-        self.lessons(recorders).1.into_par_iter().for_each(Lesson::learn);
+        self.lessons(recorders).1.into_par_iter().for_each(UpdateJob::learn);
     }
 
     /// What is to be learnt of what tiles recorded, in parts; and the snapshot, which knows nothing of that.
-    pub fn lessons<'a>(&'a mut self, recorders: &'a [&'a Recorder]) -> (&'a TableField, Vec<Lesson<'a>>) {
+    pub fn lessons<'a>(&'a mut self, recorders: &'a [&'a Recorder]) -> (&'a Snapshot, Vec<UpdateJob<'a>>) {
         if let Some(placing) = &mut self.placing {
             recorders.iter().for_each(|recorder| placing.visit(recorder.points()));
         }
@@ -81,7 +81,7 @@ impl Tables {
 
     /// Ends an iteration: states and tables are refined, and what was learnt becomes the next snapshot.
     pub fn end_iteration(&mut self) {
-        if let Some(voronoi) = self.placing.as_ref().and_then(Placing::sites) {
+        if let Some(voronoi) = self.placing.as_ref().and_then(SitePlacement::sites) {
             self.place(voronoi);
         }
         if let States::Adaptive(adaptive) = &mut self.states {
@@ -106,6 +106,6 @@ impl Tables {
 
     /// Bytes of table and snapshot.
     pub fn bytes(&self) -> usize {
-        self.learner.bytes() + self.states.bytes() + self.placing.as_ref().map_or(0, Placing::bytes)
+        self.learner.bytes() + self.states.bytes() + self.placing.as_ref().map_or(0, SitePlacement::bytes)
     }
 }

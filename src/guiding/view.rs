@@ -38,7 +38,7 @@ impl Guide {
     pub fn visits(&self, key: StateKey) -> Option<f32> {
         match &self.kind {
             Kind::Tables(tables) => tables.learner.get(key).map(|state| state.visits),
-            Kind::Leaves(leaves) => leaves.summary(key).map(|summary| summary.visits),
+            Kind::PpgGuide(leaves) => leaves.summary(key).map(|summary| summary.visits),
         }
     }
 
@@ -46,7 +46,7 @@ impl Guide {
     pub fn view(&self, key: StateKey) -> Option<StateView<'_>> {
         match &self.kind {
             Kind::Tables(tables) => tables.view(key).map(StateView::Table),
-            Kind::Leaves(leaves) => {
+            Kind::PpgGuide(leaves) => {
                 let summary = leaves.summary(key)?;
                 let directions = leaves.tree().distribution(summary.leaf())?;
                 let mean = leaves.tree().mean_radiance(summary.leaf());

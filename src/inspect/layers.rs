@@ -1,6 +1,6 @@
 //! What the guide knows, pixel by pixel.
 
-use super::Seen;
+use super::PixelVertex;
 use crate::guiding::{Guide, StateKey};
 use crate::image::{Image, Layer};
 use crate::integrator::mixture::GuidedLobes;
@@ -53,7 +53,7 @@ impl Layers {
 
 impl Pixel {
     fn new(scene: &Scene, guide: &Guide, x: u32, y: u32) -> Pixel {
-        let Some(seen) = Seen::through(scene, x, y) else { return Pixel::default() };
+        let Some(seen) = PixelVertex::through(scene, x, y) else { return Pixel::default() };
         let Some(key) = seen.state(guide) else { return Pixel::default() };
         let Some(visits) = guide.visits(key) else { return Pixel::default() };
         let share = GuidedLobes::of(&seen.bsdf, seen.si.frame.to_local(seen.wo), false).share();

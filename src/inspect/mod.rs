@@ -20,17 +20,17 @@ const MAX_SEGMENTS: u32 = 32;
 
 /// The first surface behind a pixel's centre that a guide can help: one that does not only reflect like a mirror or
 /// refract like glass.
-pub struct Seen<'s> {
+pub struct PixelVertex<'s> {
     pub si: SurfaceInteraction,
     pub bsdf: Bsdf<'s>,
     /// Unit, in world space, to where the path came from.
     pub wo: Vec3,
 }
 
-impl<'s> Seen<'s> {
+impl<'s> PixelVertex<'s> {
     /// What the centre of pixel `(x, y)` shows, counted from the upper left; mirrors and glass are followed, which of the
     /// two ways at glass by fixed random numbers. `None` where there is nothing, or no such surface.
-    pub fn through(scene: &'s Scene, x: u32, y: u32) -> Option<Seen<'s>> {
+    pub fn through(scene: &'s Scene, x: u32, y: u32) -> Option<PixelVertex<'s>> {
         let mut rng = Rng::for_path(0, y * scene.camera.width + x, 0);
         let mut ray = scene.camera.ray(x, y, [0.5; 2]);
         for _ in 0..MAX_SEGMENTS {
@@ -41,7 +41,7 @@ impl<'s> Seen<'s> {
             let si = scene.interaction(&rays.hit(0)?, wo);
             let bsdf = scene.bsdf(scene.material(si.material), si.uv);
             if bsdf.has_smooth() {
-                return Some(Seen { si, bsdf, wo });
+                return Some(PixelVertex { si, bsdf, wo });
             }
             let dir = si.frame.to_world(bsdf.sample(si.frame.to_local(wo), rng.f32(), rng.f32x2())?.wi);
             ray = Ray { org: si.spawn(dir), dir, tfar: f32::INFINITY };

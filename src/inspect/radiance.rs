@@ -1,6 +1,6 @@
 //! Radiance that arrives at a point, as the guide has learnt it and as it is.
 
-use super::Seen;
+use super::PixelVertex;
 use crate::geometry::Ray;
 use crate::guiding::{Guide, StateView};
 use crate::integrator::mixture::{GuidedLobes, Mixture};
@@ -64,7 +64,7 @@ impl Radiance {
         scene: &Scene,
         settings: &IntegratorSettings,
         guide: &Guide,
-        seen: &Seen,
+        seen: &PixelVertex,
         samples: u32,
         seed: u64,
     ) -> Radiance {
@@ -127,7 +127,7 @@ impl Radiance {
 
 struct Tracer<'a> {
     integrator: PathIntegrator<'a>,
-    seen: &'a Seen<'a>,
+    seen: &'a PixelVertex<'a>,
     mixture: Mixture<'a>,
     frame: Frame,
     samples: u32,

@@ -1,9 +1,9 @@
 //! The memory of a batch of paths, and what comes out of it.
 
-use super::arrivals::Arrivals;
-use super::backup::{Followed, Vertices};
+use super::backward_pass::{Return, WaveRecord};
+use super::vertex_record::VertexRecords;
 use crate::embree::{HitBatch, ShadowBatch};
-use crate::film::tile::{Features, Tile, TileSamples};
+use crate::film::tile::{Aovs, Tile, TileSamples};
 use crate::guiding::Recorder;
 use crate::math::Rgb;
 use crate::math::rng::{Rng, RngLanes};
@@ -32,7 +32,7 @@ pub(super) struct Paths {
     packets: Vec<PathPacket>,
     len: usize,
     /// How each path came here; kept where something is learnt.
-    pub arrivals: Arrivals,
+    pub arrivals: VertexRecords,
 }
 
 /// What a path carries from vertex to vertex.
@@ -208,14 +208,14 @@ pub struct Batch {
     pub(super) shadow_rays: ShadowBatch,
     pub(super) next_events: NextEvents,
     /// Vertices by wave, where something is learnt.
-    pub(super) vertices: Vec<Vertices>,
-    pub(super) followed: [Vec<Followed>; 2],
+    pub(super) vertices: Vec<WaveRecord>,
+    pub(super) followed: [Vec<Return>; 2],
     /// Vertices with their normals, while the guide has no sites.
     pub(super) points: Vec<(Vec3, Vec3)>,
     pub(super) radiance: Vec<Rgb>,
     /// As much of it as no bounce brought; empty where not asked for, or no path came so far.
     pub(super) direct: Vec<Rgb>,
-    pub(super) features: Vec<Features>,
+    pub(super) features: Vec<Aovs>,
     /// By path, 1 over the luminance expected of its pixel, where guided roulette goes by it.
     pub(super) inverse_luminance: Vec<f32>,
     /// Empty: for the next task's transitions, perhaps with room from earlier ones.

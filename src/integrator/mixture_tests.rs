@@ -2,7 +2,7 @@ use super::*;
 use crate::bsdf::{BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution as Distribution};
 use crate::geometry::{Hit, Mesh};
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use crate::guiding::{Guide, PackedDirection, Recorder, Summary, Transition};
+use crate::guiding::{Guide, PackedDirection, Recorder, RegionInfo, Transition};
 use crate::math::{luminance, warp};
 use crate::stats::{Chi2Report, DirectionTest, Domain, sidak};
 use crate::texture::ColorTexture;
@@ -89,7 +89,7 @@ fn surface(n: Vec3, wo: Vec3) -> SurfaceInteraction {
 const TABLES: [DirectionTable; 3] = [DirectionTable::Tree, DirectionTable::Hemisphere, DirectionTable::Sphere];
 
 /// A guide that has learnt something uneven about the state of `si`, and what it knows of it.
-pub fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut Rng) -> (Guide, Summary) {
+pub fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut Rng) -> (Guide, RegionInfo) {
     let method = GuidingMethod::Grid;
     let settings = GuidingSettings { method, table, strata: 4, split_share: 0.03, ..GuidingSettings::default() };
     let mut guide = Guide::new(&settings, (-Vec3::ONE, Vec3::ONE), std::iter::empty()).unwrap();
@@ -127,7 +127,7 @@ struct Vertex {
     si: SurfaceInteraction,
     wo: Vec3,
     guide: Guide,
-    summary: Summary,
+    summary: RegionInfo,
 }
 
 impl Vertex {

@@ -7,13 +7,13 @@ mod outcome;
 mod packet;
 mod shade;
 
-use super::backup::Vertices;
+use super::backward_pass::WaveRecord;
 use super::batch::{Batch, BatchResult, Counters, PathState, Task, Wave};
 use super::probe::{Cast, Probe, Stage};
-use super::roulette::Efficiency;
+use super::roulette::RouletteNormalisation;
 use super::stop::Stop;
 use crate::embree::Coherence;
-use crate::film::tile::{Features, Tile};
+use crate::film::tile::{Aovs, Tile};
 use crate::geometry::Ray;
 use crate::guiding::Field;
 use crate::guiding::settings::GuidingSettings;
@@ -44,7 +44,7 @@ pub struct GuideUse<'a> {
     /// Whether transitions are recorded.
     pub learn: bool,
     /// What guided roulette goes by; `None` while too little is known of the picture.
-    pub efficiency: Option<&'a Efficiency>,
+    pub efficiency: Option<&'a RouletteNormalisation>,
 }
 
 impl PathIntegrator<'_> {
@@ -63,7 +63,7 @@ impl PathIntegrator<'_> {
         stop: &Stop,
     ) -> Option<BatchResult> {
         let start = Instant::now();
-        let mut walk = Walk {
+        let mut walk = Wavefront {
             integrator: self,
             task,
             batch,
@@ -113,7 +113,7 @@ impl PathIntegrator<'_> {
         }
         let counters = Counters::default();
         let (probe, jitter) = (&mut (), [0.5; 3]);
-        let mut walk = Walk { integrator: self, task: &task, batch, probe, counters, learn: false, jitter };
+        let mut walk = Wavefront { integrator: self, task: &task, batch, probe, counters, learn: false, jitter };
         walk.weigh_pixels();
         walk.advance(2, &Stop::new());
         walk.batch.radiance.clone()
@@ -121,7 +121,7 @@ impl PathIntegrator<'_> {
 }
 
 /// One batch on its way.
-struct Walk<'a, 'b, P> {
+struct Wavefront<'a, 'b, P> {
     integrator: &'a PathIntegrator<'a>,
     task: &'a Task,
     batch: &'b mut Batch,
@@ -134,7 +134,7 @@ struct Walk<'a, 'b, P> {
     jitter: [f32; 3],
 }
 
-impl<'a, P: Probe> Walk<'a, '_, P> {
+impl<'a, P: Probe> Wavefront<'a, '_, P> {
     /// Camera rays, sample by sample, pixels in blocks of 4×4 so that a packet looks one way.
     fn generate(&mut self) {
         self.probe.stage(Stage::Generate);
@@ -144,7 +144,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         b.radiance.clear();
         b.radiance.resize(task.paths(), Rgb::ZERO);
         b.features.clear();
-        b.features.resize(if integrator.features { task.paths() } else { 0 }, Features::default());
+        b.features.resize(if integrator.features { task.paths() } else { 0 }, Aovs::default());
         if self.learn {
             b.wave.paths.arrivals.begin(task.paths());
         }
@@ -174,7 +174,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
                 self.jitter = [jitter.f32(), jitter.f32(), jitter.f32()];
             }
             if self.learn && self.batch.vertices.len() < depth {
-                self.batch.vertices.push(Vertices::default());
+                self.batch.vertices.push(WaveRecord::default());
             }
             if self.learn {
                 self.batch.vertices[depth - 1].begin(&mut self.batch.wave.paths.arrivals);

@@ -1,6 +1,6 @@
 //! How many paths go on from a vertex: none, one, or several.
 
-use crate::guiding::Summary;
+use crate::guiding::RegionInfo;
 use crate::simd::pick;
 
 /// Survival of roulette at most, so that no path between mirrors runs for ever.
@@ -11,14 +11,14 @@ const MIN_SURVIVAL: f32 = 0.2;
 
 /// What guided roulette weighs a path against, frozen for an iteration.
 #[derive(Clone, Debug)]
-pub struct Efficiency {
+pub struct RouletteNormalisation {
     /// Per pixel, 1 over the luminance that is expected there.
     pub inverse_luminance: Vec<f32>,
     /// √(C/V): C rays a camera path takes on average, V the average variance of its light, relative to the pixel.
     pub scale: f32,
 }
 
-impl Efficiency {
+impl RouletteNormalisation {
     /// Expected number of paths that go on (Rath et al. 2022, "EARS: Efficiency-Aware Russian Roulette and Splitting",
     /// eq. 21): √(V·c²/C') in units of the image's average, where V is the variance of what one of them brings (its
     /// second moment, where that asks for roulette), c what a pixel makes of it, C' the rays it takes.
@@ -45,7 +45,7 @@ pub struct Moments {
 
 impl Moments {
     #[inline(always)]
-    pub fn of(&Summary { square, mean, rays, .. }: &Summary) -> Moments {
+    pub fn of(&RegionInfo { square, mean, rays, .. }: &RegionInfo) -> Moments {
         Moments { square, mean, rays }
     }
 }

@@ -6,8 +6,8 @@ fn with(mean: f32, square: f32, rays: f32) -> Moments {
 }
 
 /// Of a picture whose paths take as many rays as they have variance. Pixels have a luminance of 2 unless said.
-fn efficiency() -> Efficiency {
-    Efficiency { inverse_luminance: Vec::new(), scale: 1.0 }
+fn efficiency() -> RouletteNormalisation {
+    RouletteNormalisation { inverse_luminance: Vec::new(), scale: 1.0 }
 }
 
 #[test]
@@ -30,7 +30,7 @@ fn paths_stay_within_their_bounds() {
     for _ in 0..20_000 {
         let mean = wide(&mut rng);
         let known = with(mean, mean * mean + wide(&mut rng), 1.0 + 10.0 * rng.f32());
-        let efficiency = Efficiency { inverse_luminance: Vec::new(), scale: wide(&mut rng) };
+        let efficiency = RouletteNormalisation { inverse_luminance: Vec::new(), scale: wide(&mut rng) };
         let (inverse_luminance, reflected) = (wide(&mut rng), wide(&mut rng));
         for max_split in [1.0, 4.0, 8.0, 0.5] {
             let paths = efficiency.paths(known, reflected, inverse_luminance, max_split);

@@ -11,7 +11,7 @@ use crate::guiding::Guide;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, LearningRule, Rate};
 use crate::integrator::{IntegratorSettings, Roulette};
 use crate::math::{rng::Rng, warp};
-use crate::render::{Keeping, Settings, render_keeping};
+use crate::render::{GuideIo, Settings, render_keeping};
 use crate::scene::Scene;
 use glam::Vec3;
 use serde::Serialize;
@@ -112,7 +112,7 @@ impl Furnace {
     fn learnt(&self, settings: &Settings, samples: u32) -> Option<Learnt> {
         let mut settings = settings.clone();
         settings.render.spp = samples;
-        let keeping = Keeping { from: None, keep: true };
+        let keeping = GuideIo { from: None, keep: true };
         let rendering = render_keeping(&self.scene, &settings, keeping, &mut |_| true);
         let guide = rendering.guide?;
         let visits: u64 = rendering.iterations.iter().map(|iteration| iteration.counters.transitions).sum();

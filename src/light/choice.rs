@@ -5,15 +5,15 @@ use crate::simd::LANES;
 
 /// Chooses a light with probability proportional to its power.
 #[derive(Clone, Debug)]
-pub(super) struct PowerChoice {
+pub(super) struct PowerLightSampler {
     /// `None` where no light has power.
     table: Option<AliasTable>,
 }
 
-impl PowerChoice {
+impl PowerLightSampler {
     /// Powers in W, finite and not negative.
-    pub fn new(powers: &[f64]) -> PowerChoice {
-        PowerChoice { table: AliasTable::new(powers) }
+    pub fn new(powers: &[f64]) -> PowerLightSampler {
+        PowerLightSampler { table: AliasTable::new(powers) }
     }
 
     /// Index of a light and what is left of `u` as a fresh uniform number.

@@ -1,6 +1,6 @@
 //! All lights of a scene, and the one sampler over them.
 
-use super::choice::PowerChoice;
+use super::choice::PowerLightSampler;
 use super::opacity::TriangleOpacity;
 use super::triangle::{AreaLight, EmissiveTriangle, View};
 use super::{Light, LightPoint, LightSample, Rounding, wide_luminance};
@@ -26,7 +26,7 @@ pub struct Lights {
     opacities: Vec<Option<TriangleOpacity>>,
     /// Light by (mesh, triangle).
     ids: FxHashMap<(u32, u32), u32>,
-    choice: PowerChoice,
+    choice: PowerLightSampler,
 }
 
 impl Lights {
@@ -59,7 +59,7 @@ impl Lights {
         let far = others.iter().map(|light| power(light, section));
         let mean = |k: usize| opacities[k].as_ref().map_or(1.0, TriangleOpacity::mean);
         let near = lights.iter().zip(&areas).enumerate().map(|(k, (light, &area))| light.power(area) * mean(k));
-        let choice = PowerChoice::new(&near.chain(far).collect::<Vec<_>>());
+        let choice = PowerLightSampler::new(&near.chain(far).collect::<Vec<_>>());
         for (k, (light, area)) in lights.iter_mut().zip(areas).enumerate() {
             light.choose(choice.pmf(k), area);
         }

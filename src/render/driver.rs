@@ -1,16 +1,16 @@
 //! The driver: iterations × passes × rounds, and the clock.
 
 use super::end::{End, TimeLimit};
-use super::round::{Spare, Traced};
+use super::round::{BufferPool, PendingResults};
 use super::schedule::{Tiling, iteration_samples, iteration_seconds, round_paths, rounds};
 use super::worth::Worth;
-use super::{IterationReport, Keeping, Observer, Progress, Rendering, Settings};
+use super::{GuideIo, IterationReport, Observer, Progress, Rendering, Settings};
 use crate::film::Combine;
 use crate::film::accumulate::{FEATURE_SAMPLES, Film};
 use crate::guiding::Guide;
 use crate::guiding::settings::{GuidingMethod, Updates};
 use crate::integrator::probe::Watch;
-use crate::integrator::{Counters, Efficiency, Stop};
+use crate::integrator::{Counters, RouletteNormalisation, Stop};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
@@ -34,7 +34,7 @@ pub(super) struct Driver<'a, W> {
     pub(super) keep: bool,
     pub(super) learnt_paths: u64,
     pub(super) seed: u64,
-    pub(super) efficiency: Option<Efficiency>,
+    pub(super) efficiency: Option<RouletteNormalisation>,
     /// Where it is to be found out whether the guide pays.
     pub(super) worth: Option<Worth>,
     pub(super) iterations: Vec<IterationReport>,
@@ -44,15 +44,15 @@ pub(super) struct Driver<'a, W> {
     pub(super) end: End<'a>,
     /// What the newest pass took, or nothing before the first.
     newest_pass: Duration,
-    pub(super) traced: Traced,
-    pub(super) spare: Spare,
+    pub(super) traced: PendingResults,
+    pub(super) spare: BufferPool,
 }
 
 impl<'a, W: Watch> Driver<'a, W> {
     pub(super) fn new(
         scene: &'a Scene,
         settings: &'a Settings,
-        Keeping { from, keep }: Keeping,
+        GuideIo { from, keep }: GuideIo,
         watch: &'a W,
         stop: &'a Stop,
     ) -> Driver<'a, W> {
@@ -80,8 +80,8 @@ impl<'a, W: Watch> Driver<'a, W> {
             start,
             end: End { stop, deadline: None },
             newest_pass: Duration::ZERO,
-            traced: Traced::default(),
-            spare: Spare::default(),
+            traced: PendingResults::default(),
+            spare: BufferPool::default(),
         }
     }
 
@@ -109,7 +109,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             self.film.join_rest();
         }
         let seconds = self.start.elapsed().as_secs_f64();
-        let (mut estimate, unit) = (self.film.develop(), self.scene.light_unit());
+        let (mut estimate, unit) = (self.film.resolve(), self.scene.light_unit());
         estimate.mean.par_iter_mut().for_each(|mean| *mean = unit.radiance(*mean));
         estimate.variance.par_iter_mut().for_each(|variance| *variance = unit.squared_radiance(*variance));
         Rendering {

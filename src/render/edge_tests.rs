@@ -7,7 +7,7 @@ use crate::format;
 use crate::integrator::path::{GuideUse, PathIntegrator};
 use crate::integrator::{Batch, Task};
 use crate::math::luminance;
-use crate::render::{Keeping, Stop};
+use crate::render::{GuideIo, Stop};
 use crate::scene::Scene;
 use std::fmt::Write;
 
@@ -118,7 +118,7 @@ fn look(driver: &Driver<()>, columns: [u32; 2]) -> Found {
 fn halves(room: &Room) -> [Found; 3] {
     let (scene, settings) = room.load();
     let stop = Stop::default();
-    let mut driver = Driver::new(&scene, &settings, Keeping::default(), &(), &stop);
+    let mut driver = Driver::new(&scene, &settings, GuideIo::default(), &(), &stop);
     driver.run(&mut |_| true);
     let edge = SIZE[0] / 2;
     [[edge - 3, edge], [edge - 9, edge - 6], [edge + 6, edge + 9]].map(|columns| look(&driver, columns))

@@ -1,7 +1,7 @@
 //! What guided roulette weighs paths against: the picture so far and what it cost.
 
 use super::noise::{Noise, OUTLIERS};
-use crate::integrator::{Counters, Efficiency};
+use crate::integrator::{Counters, RouletteNormalisation};
 
 /// Samples per pixel before picture and guide say enough.
 const MIN_SAMPLES: u32 = 7;
@@ -12,12 +12,12 @@ const BOLDNESS: f64 = 1.5;
 
 /// The guide learnt from so many samples per pixel; `counters` are those of the iteration that made the newest part of the
 /// picture.
-pub fn efficiency(noise: &Noise, learnt: u32, counters: &Counters) -> Option<Efficiency> {
+pub fn efficiency(noise: &Noise, learnt: u32, counters: &Counters) -> Option<RouletteNormalisation> {
     if learnt < MIN_SAMPLES {
         return None;
     }
     let rays = (counters.rays as f64 / counters.paths.max(1) as f64).max(1.0);
-    Some(Efficiency {
+    Some(RouletteNormalisation {
         // finite also where a picture is darker than the lights by more than an `f32` tells
         inverse_luminance: noise.squares.iter().map(|square| (square.sqrt().recip() as f32).min(f32::MAX)).collect(),
         scale: (BOLDNESS * (rays / noise.variance(OUTLIERS)).sqrt()) as f32,

@@ -17,7 +17,7 @@ fn counters() -> Counters {
 }
 
 /// What a picture of 16 samples, all alike, says.
-fn efficiency(picture: &Estimate, counters: &Counters) -> Option<Efficiency> {
+fn efficiency(picture: &Estimate, counters: &Counters) -> Option<RouletteNormalisation> {
     let variances: Vec<f64> = picture.variance.iter().map(|&v| luminance(v) as f64 * 16.0).collect();
     super::efficiency(&Noise::weigh(picture, &variances)?, picture.samples, counters)
 }

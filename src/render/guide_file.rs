@@ -26,7 +26,7 @@ const TAIL: usize = 4;
 
 /// What a guide was learnt for.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Subject {
+pub struct GuideFingerprint {
     /// Hash of the scene, camera and film left out: views of one scene share guides.
     scene: String,
     /// The settings without which the table means something else, by their names in the scene file.
@@ -35,12 +35,12 @@ pub struct Subject {
 
 #[derive(Serialize, Deserialize)]
 struct Header {
-    subject: Subject,
+    subject: GuideFingerprint,
     paths: u64,
 }
 
 /// A guide that has learnt.
-pub struct Trained {
+pub struct LoadedGuide {
     pub guide: Guide,
     /// Camera paths of the last iteration that it learnt from; the next one takes twice as many.
     pub paths: u64,
@@ -49,14 +49,14 @@ pub struct Trained {
     pub salt: u64,
 }
 
-impl Subject {
+impl GuideFingerprint {
     /// `scene` is a hash of geometry, materials and lights.
-    pub fn new(scene: String, guiding: &GuidingSettings, integrator: &IntegratorSettings) -> Subject {
-        Subject { scene, settings: settings(guiding, integrator) }
+    pub fn new(scene: String, guiding: &GuidingSettings, integrator: &IntegratorSettings) -> GuideFingerprint {
+        GuideFingerprint { scene, settings: settings(guiding, integrator) }
     }
 
     /// What keeps a guide that was learnt for `self` from being used for `other`.
-    fn conflict(&self, other: &Subject) -> Option<String> {
+    fn conflict(&self, other: &GuideFingerprint) -> Option<String> {
         if self.scene != other.scene {
             return Some("the guide was learnt in another scene: its geometry, materials or lights differ".into());
         }
@@ -98,11 +98,11 @@ fn settings(guiding: &GuidingSettings, integrator: &IntegratorSettings) -> BTree
     all
 }
 
-/// Writes a guide, as a whole or not at all. `paths` as in [`Trained`].
+/// Writes a guide, as a whole or not at all. `paths` as in [`LoadedGuide`].
 ///
 /// # Errors
 /// All failures to write.
-pub fn write(path: &Path, guide: &Guide, subject: &Subject, paths: u64) -> Result<()> {
+pub fn write(path: &Path, guide: &Guide, subject: &GuideFingerprint, paths: u64) -> Result<()> {
     let header = Header { subject: subject.clone(), paths };
     let fail = |error: postcard::Error| Error::file(path, format!("the guide cannot be stored: {error}"));
     let body = postcard::to_stdvec(&(header, guide.stored())).map_err(fail)?;
@@ -122,7 +122,12 @@ pub fn write(path: &Path, guide: &Guide, subject: &Subject, paths: u64) -> Resul
 /// [`Error::Io`] where there is no such file; [`Error::File`] for one that is no guide, of another version, truncated
 /// or damaged, of another subject, or larger than `guiding.memory`. No file makes it panic, or take more memory than a
 /// few times the file's own size.
-pub fn read(path: &Path, subject: &Subject, guiding: &GuidingSettings, bounds: (Vec3, Vec3)) -> Result<Trained> {
+pub fn read(
+    path: &Path,
+    subject: &GuideFingerprint,
+    guiding: &GuidingSettings,
+    bounds: (Vec3, Vec3),
+) -> Result<LoadedGuide> {
     let mut file = std::fs::File::open(path).map_err(Error::io(path))?;
     let bad = |message: &str| Error::file(path, message);
     let mut head = Vec::new();
@@ -147,7 +152,11 @@ pub fn read(path: &Path, subject: &Subject, guiding: &GuidingSettings, bounds: (
     let mut guide = guide.ok_or_else(|| bad("guiding.method is none: no guide is used"))?;
     guide.restore(stored).map_err(|message| bad(&message))?;
     let salt = mix(u64::from(checksum(&head, body)));
-    if left.is_empty() { Ok(Trained { guide, paths: header.paths, salt }) } else { Err(bad("the guide is malformed")) }
+    if left.is_empty() {
+        Ok(LoadedGuide { guide, paths: header.paths, salt })
+    } else {
+        Err(bad("the guide is malformed"))
+    }
 }
 
 /// Bytes of the body by the head of a file.

@@ -5,10 +5,10 @@ mod cost;
 mod driver;
 mod efficiency;
 mod end;
+mod forecast;
 pub mod guide_file;
 mod judging;
 mod noise;
-mod outlook;
 mod round;
 mod schedule;
 mod settings;
@@ -26,7 +26,7 @@ use crate::integrator::probe::Watch;
 use crate::integrator::{Counters, IntegratorSettings};
 use crate::scene::Scene;
 use driver::Driver;
-use guide_file::Trained;
+use guide_file::LoadedGuide;
 
 /// What to render with.
 #[derive(Clone, Debug, Default)]
@@ -85,20 +85,20 @@ pub struct Rendering {
 
 /// The guide before and after a render.
 #[derive(Default)]
-pub struct Keeping {
+pub struct GuideIo {
     /// What to begin with; `None` begins with nothing.
-    pub from: Option<Trained>,
+    pub from: Option<LoadedGuide>,
     /// The guide will be used again: the last iteration too is learnt from.
     pub keep: bool,
 }
 
 /// Renders until the budget of samples or of time is used, or the observer has seen enough.
 pub fn render(scene: &Scene, settings: &Settings, observer: Observer) -> Rendering {
-    render_keeping(scene, settings, Keeping::default(), observer)
+    render_keeping(scene, settings, GuideIo::default(), observer)
 }
 
 /// As [`render`], with a guide that was learnt before, or will be used after.
-pub fn render_keeping(scene: &Scene, settings: &Settings, keeping: Keeping, observer: Observer) -> Rendering {
+pub fn render_keeping(scene: &Scene, settings: &Settings, keeping: GuideIo, observer: Observer) -> Rendering {
     render_until(scene, settings, keeping, &Stop::new(), observer)
 }
 
@@ -107,7 +107,7 @@ pub fn render_keeping(scene: &Scene, settings: &Settings, keeping: Keeping, obse
 pub fn render_until(
     scene: &Scene,
     settings: &Settings,
-    keeping: Keeping,
+    keeping: GuideIo,
     stop: &Stop,
     observer: Observer,
 ) -> Rendering {
@@ -118,7 +118,7 @@ pub fn render_until(
 pub fn render_watched<W: Watch>(
     scene: &Scene,
     settings: &Settings,
-    keeping: Keeping,
+    keeping: GuideIo,
     watch: &W,
     stop: &Stop,
     observer: Observer,

@@ -30,7 +30,7 @@ pub struct Noise {
 impl Noise {
     /// `None` for a picture that is black, not finite, without noise, or of too few samples to show any.
     pub fn of(film: &Film) -> Option<Noise> {
-        let (picture, variances) = rayon::join(|| film.develop(), || film.sample_variances());
+        let (picture, variances) = rayon::join(|| film.resolve(), || film.sample_variances());
         Noise::weigh(&picture, &variances?)
     }
 

@@ -6,7 +6,7 @@ use super::driver::{Driver, timed};
 use super::end::End;
 use super::schedule::rounds;
 use crate::film::accumulate::{FEATURE_SAMPLES, Film};
-use crate::guiding::{Lesson, Recorder};
+use crate::guiding::{Recorder, UpdateJob};
 use crate::integrator::path::GuideUse;
 use crate::integrator::probe::Watch;
 use crate::integrator::{Batch, BatchResult, PathIntegrator, Task};
@@ -21,12 +21,12 @@ const LEARNING_PATHS: usize = 1 << 15;
 
 /// What was traced, until picture and guide have taken what it brought.
 #[derive(Default)]
-pub(super) struct Traced {
+pub(super) struct PendingResults {
     tasks: Vec<Task>,
     results: Vec<BatchResult>,
 }
 
-impl Traced {
+impl PendingResults {
     fn recorders(&self) -> Vec<&Recorder> {
         self.results.iter().filter_map(|result| result.recorder.as_ref()).collect()
     }
@@ -38,12 +38,12 @@ impl Traced {
 
 /// What is used again from round to round: memory that is new to a process costs it more than what is written there.
 #[derive(Default)]
-pub(super) struct Spare {
+pub(super) struct BufferPool {
     batches: Mutex<Vec<Batch>>,
     recorders: Mutex<Vec<Recorder>>,
 }
 
-impl Spare {
+impl BufferPool {
     fn keep(&self, recorders: impl Iterator<Item = Recorder>, most: usize) {
         let mut kept = lock(&self.recorders);
         kept.extend(recorders);
@@ -53,26 +53,26 @@ impl Spare {
 
 /// What all threads work on together, each taking the next piece when it is done with its last. Tasks are long and come
 /// first, lessons are short: threads end together.
-struct Crew<'a, W> {
+struct WorkQueue<'a, W> {
     integrator: PathIntegrator<'a>,
     watch: &'a W,
     end: End<'a>,
-    spare: &'a Spare,
+    spare: &'a BufferPool,
     tasks: Mutex<std::iter::Enumerate<std::slice::Iter<'a, Task>>>,
     film: Mutex<Option<&'a mut Film>>,
-    traced: &'a Traced,
-    lessons: Mutex<std::vec::IntoIter<Lesson<'a>>>,
+    traced: &'a PendingResults,
+    lessons: Mutex<std::vec::IntoIter<UpdateJob<'a>>>,
 }
 
 /// One thread's share of it: results with the numbers of their tasks.
-struct Share {
+struct WorkerResult {
     results: Vec<(usize, BatchResult)>,
     film: Duration,
     learning: Duration,
 }
 
-impl<W: Watch> Crew<'_, W> {
-    fn work(&self) -> Share {
+impl<W: Watch> WorkQueue<'_, W> {
+    fn work(&self) -> WorkerResult {
         let film = timed(|| {
             if let Some(film) = lock(&self.film).take() {
                 let brought = self.traced.tasks.iter().zip(&self.traced.results);
@@ -93,7 +93,7 @@ impl<W: Watch> Crew<'_, W> {
         {
             learning += timed(|| lesson.learn());
         }
-        Share { results, film, learning }
+        WorkerResult { results, film, learning }
     }
 
     /// `None` where it was given up.
@@ -139,7 +139,7 @@ impl<W: Watch> Driver<'_, W> {
             report.counters.add(&result.counters);
             self.paths += result.counters.paths;
         }
-        self.traced = Traced { tasks, results };
+        self.traced = PendingResults { tasks, results };
     }
 
     /// Picture and guide take what the last tasks brought.
@@ -179,7 +179,7 @@ impl<W: Watch> Driver<'_, W> {
             efficiency: self.efficiency.as_ref(),
         });
         let (scene, settings) = (self.scene, &self.settings.integrator);
-        let crew = Crew {
+        let crew = WorkQueue {
             integrator: PathIntegrator { scene, settings, guide, seed: self.seed, features: false, bounced },
             watch: self.watch,
             end: self.end,
@@ -190,7 +190,7 @@ impl<W: Watch> Driver<'_, W> {
             lessons: Mutex::new(lessons.into_iter()),
         };
         let threads = rayon::current_num_threads();
-        let shares: Vec<Share> = (0..threads).into_par_iter().with_max_len(1).map(|_| crew.work()).collect();
+        let shares: Vec<WorkerResult> = (0..threads).into_par_iter().with_max_len(1).map(|_| crew.work()).collect();
         report.add_times(&shares);
         let most = tasks.len().max(traced.tasks.len());
         self.spare.keep(traced.emptied(), most);
@@ -200,14 +200,14 @@ impl<W: Watch> Driver<'_, W> {
 
 impl IterationReport {
     /// Adds what threads did beside tracing, as if all of them had done nothing else meanwhile.
-    fn add_times(&mut self, shares: &[Share]) {
-        let whole = |of: fn(&Share) -> Duration| shares.iter().map(of).sum::<Duration>().as_secs_f64();
+    fn add_times(&mut self, shares: &[WorkerResult]) {
+        let whole = |of: fn(&WorkerResult) -> Duration| shares.iter().map(of).sum::<Duration>().as_secs_f64();
         self.film_seconds += whole(|share| share.film) / shares.len() as f64;
         self.learn_seconds += whole(|share| share.learning) / shares.len() as f64;
     }
 }
 
-fn in_order(shares: Vec<Share>) -> impl Iterator<Item = (usize, BatchResult)> {
+fn in_order(shares: Vec<WorkerResult>) -> impl Iterator<Item = (usize, BatchResult)> {
     let mut results: Vec<_> = shares.into_iter().flat_map(|share| share.results).collect();
     results.sort_unstable_by_key(|(k, _)| *k);
     results.into_iter()

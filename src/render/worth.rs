@@ -9,8 +9,8 @@
 //! a small share of the budget, and the guide does not win yet, the render goes on without it.
 
 use super::cost::{CLOCK_STEP, Meter, Rendered};
+use super::forecast::GainForecast;
 use super::noise::Noise;
-use super::outlook::Outlook;
 use super::verdict::{Reason, Trial, Verdict};
 use crate::integrator::Counters;
 
@@ -251,14 +251,14 @@ impl Worth {
         // few samples of light that few paths find say too little of how they vary: the guide has the benefit of the doubt
         let trial = Trial { variance_ratio: trial.variance_ratio / (1.0 + DOUBTS * doubt), ..trial };
         let (progress, left) = (progress.unwrap_or(1.0), (self.budget - self.spent).max(0.0));
-        let outlook = Outlook { trial, trials: self.trials, samples, whole, progress, left };
+        let outlook = GainForecast { trial, trials: self.trials, samples, whole, progress, left };
         if self.losses >= PATIENCE || self.is_dear(&outlook, risk) {
             self.reason = Reason::Losing;
         }
     }
 
     /// Whether a guide that does not win yet would cost more than it may to go on with.
-    fn is_dear(&self, outlook: &Outlook, risk: f64) -> bool {
+    fn is_dear(&self, outlook: &GainForecast, risk: f64) -> bool {
         let expected = outlook.expected();
         let hope = if expected.gain < 1.0 { 1.0 } else { HOPE };
         let limit = LOSS * risk.clamp(RISK.0, RISK.1) * hope * self.budget;

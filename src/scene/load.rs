@@ -26,7 +26,7 @@ use std::time::Instant;
 
 /// What is gathered from the files before anything is built.
 #[derive(Default)]
-pub(crate) struct Gathered {
+pub(crate) struct LoadedAssets {
     /// In the description's order and in place.
     pub meshes: Vec<Mesh>,
     /// Of each mesh, as its file has it.
@@ -58,7 +58,7 @@ impl Scene {
     /// the memory.
     pub fn load_on(device: Arc<Device>, description: &SceneDescription, robust: bool) -> Result<(Scene, Vec<String>)> {
         check_memory(&description.film)?;
-        let Gathered { meshes, hashes, materials, mut warnings, .. } = Gathered::of(description)?;
+        let LoadedAssets { meshes, hashes, materials, mut warnings, .. } = LoadedAssets::of(description)?;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
@@ -108,10 +108,10 @@ fn check_memory(film: &FilmSettings) -> Result<()> {
         .map_err(|shortage| Error::Scene(format!("film.width × film.height: {width} × {height} pixels {shortage}")))
 }
 
-impl Gathered {
+impl LoadedAssets {
     /// Reads all models that the description names.
-    pub fn of(description: &SceneDescription) -> Result<Gathered> {
-        let mut gathered = Gathered::default();
+    pub fn of(description: &SceneDescription) -> Result<LoadedAssets> {
+        let mut gathered = LoadedAssets::default();
         for (k, mesh) in description.meshes.iter().enumerate() {
             gathered.add_mesh(k, mesh, description)?;
         }

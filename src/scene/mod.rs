@@ -12,7 +12,7 @@ pub mod obj;
 
 pub use camera::Camera;
 #[cfg(feature = "lab")]
-pub(crate) use load::Gathered;
+pub(crate) use load::LoadedAssets;
 
 use crate::bsdf::Bsdf;
 use crate::embree;

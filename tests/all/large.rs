@@ -3,8 +3,8 @@
 use crate::common::Loaded;
 use crate::common::hall::hall;
 use phototaxis::guiding::settings::GuidingMethod;
-use phototaxis::inspect::Seen;
-use phototaxis::render::{Keeping, Rendering, Settings, render_keeping};
+use phototaxis::inspect::PixelVertex;
+use phototaxis::render::{GuideIo, Rendering, Settings, render_keeping};
 
 /// Pixels between those that are looked at.
 const STEP: usize = 8;
@@ -13,7 +13,7 @@ const STEP: usize = 8;
 fn learnt(loaded: &Loaded) -> Rendering {
     let mut settings: Settings = loaded.settings.clone();
     (settings.guiding.method, settings.render.spp) = (GuidingMethod::Adaptive, 1);
-    render_keeping(&loaded.scene, &settings, Keeping { from: None, keep: true }, &mut |_| true)
+    render_keeping(&loaded.scene, &settings, GuideIo { from: None, keep: true }, &mut |_| true)
 }
 
 /// Whether the guide has left out some of what there was to learn from: a path of n segments makes n − 1 transitions.
@@ -28,7 +28,7 @@ fn visits(loaded: &Loaded, rendering: &Rendering) -> [f64; 3] {
     let (width, height) = (loaded.scene.camera.width, loaded.scene.camera.height);
     let mut sums = [(0.0, 0.0); 3];
     for (x, y) in (0..height).step_by(STEP).flat_map(|y| (0..width).step_by(STEP).map(move |x| (x, y))) {
-        let seen = Seen::through(&loaded.scene, x, y).expect("the hall is closed");
+        let seen = PixelVertex::through(&loaded.scene, x, y).expect("the hall is closed");
         let visits = seen.state(guide).and_then(|key| guide.visits(key)).unwrap_or(0.0);
         let third = &mut sums[(3 * y / height) as usize];
         *third = (third.0 + f64::from(visits), third.1 + 1.0);

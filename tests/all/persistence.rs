@@ -9,8 +9,8 @@ use phototaxis::image::metrics::compare;
 use phototaxis::integrator::IntegratorSettings;
 use phototaxis::math::rng::Rng;
 use phototaxis::math::warp;
-use phototaxis::render::guide_file::{self, Subject, Trained};
-use phototaxis::render::{Keeping, Rendering, Settings, render_keeping};
+use phototaxis::render::guide_file::{self, GuideFingerprint, LoadedGuide};
+use phototaxis::render::{GuideIo, Rendering, Settings, render_keeping};
 use phototaxis::scene::Scene;
 use std::path::Path;
 
@@ -26,8 +26,8 @@ fn kinds() -> Vec<GuidingSettings> {
     tables.chain([settings(GuidingMethod::SdTree, DirectionTable::Tree)]).collect()
 }
 
-fn subject(settings: &GuidingSettings) -> Subject {
-    Subject::new("a scene".into(), settings, &IntegratorSettings::default())
+fn subject(settings: &GuidingSettings) -> GuideFingerprint {
+    GuideFingerprint::new("a scene".into(), settings, &IntegratorSettings::default())
 }
 
 /// Uniform on the sphere.
@@ -91,7 +91,7 @@ fn seen(guide: &Guide) -> Vec<Option<Vec<u32>>> {
     (0..500).map(|_| one()).collect()
 }
 
-fn read(path: &Path, settings: &GuidingSettings) -> phototaxis::Result<Trained> {
+fn read(path: &Path, settings: &GuidingSettings) -> phototaxis::Result<LoadedGuide> {
     guide_file::read(path, &subject(settings), settings, BOUNDS)
 }
 
@@ -102,7 +102,7 @@ fn what_was_learnt_comes_back_and_goes_on_alike() {
     for settings in kinds() {
         let mut before = learnt(&settings);
         guide_file::write(&path, &before, &subject(&settings), 77).unwrap();
-        let Trained { guide: mut after, paths, .. } = read(&path, &settings).unwrap();
+        let LoadedGuide { guide: mut after, paths, .. } = read(&path, &settings).unwrap();
         assert_eq!((paths, before.survey()), (77, after.survey()));
         assert!(seen(&before).iter().flatten().count() > 400, "the guide knows most of the floor");
         assert!(seen(&before) == seen(&after), "{:?}, {:?}", settings.method, settings.table);
@@ -168,7 +168,7 @@ fn forged_files_do_no_harm() {
             bytes[end..].copy_from_slice(&sum.to_le_bytes());
             std::fs::write(&path, &bytes).unwrap();
             match read(&path, &settings) {
-                Ok(Trained { mut guide, .. }) => {
+                Ok(LoadedGuide { mut guide, .. }) => {
                     teach(&mut guide, 50, &mut rng);
                     guide.end_iteration(1);
                     guide.survey();
@@ -199,7 +199,7 @@ fn the_format_is_that_of_version_3() {
     assert_eq!((bytes.len(), crc32fast::hash(&bytes[..bytes.len() - 4])), (469, 136_849_980));
 }
 
-fn scene(overrides: &[&str]) -> (Scene, Settings, Subject) {
+fn scene(overrides: &[&str]) -> (Scene, Settings, GuideFingerprint) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/door.toml");
     let tiny = ["film.width=64", "film.height=36", "guiding.method=adaptive", "guiding.resolution=8"];
     let overrides: Vec<String> = tiny.iter().chain(overrides).map(ToString::to_string).collect();
@@ -207,21 +207,25 @@ fn scene(overrides: &[&str]) -> (Scene, Settings, Subject) {
     let (scene, _) = description.load_scene(0).unwrap();
     let settings =
         Settings { integrator: description.integrator, guiding: description.guiding, render: description.render };
-    let subject = Subject::new(scene.content_hash_text(), &settings.guiding, &settings.integrator);
+    let subject = GuideFingerprint::new(scene.content_hash_text(), &settings.guiding, &settings.integrator);
     (scene, settings, subject)
 }
 
-fn rendered((scene, settings, _): &(Scene, Settings, Subject), from: Option<Trained>, keep: bool) -> Rendering {
-    render_keeping(scene, settings, Keeping { from, keep }, &mut |_| true)
+fn rendered(
+    (scene, settings, _): &(Scene, Settings, GuideFingerprint),
+    from: Option<LoadedGuide>,
+    keep: bool,
+) -> Rendering {
+    render_keeping(scene, settings, GuideIo { from, keep }, &mut |_| true)
 }
 
 /// relMSE without the worst 0.1 % of the pixels, the mean over four seeds of 16 samples per pixel.
-fn error(scene: &(Scene, Settings, Subject), guide: Option<&Path>, reference: &Image) -> f64 {
+fn error(scene: &(Scene, Settings, GuideFingerprint), guide: Option<&Path>, reference: &Image) -> f64 {
     let one = |seed: u64| {
         let mut settings = scene.1.clone();
         settings.render.seed = seed;
         let from = guide.map(|path| guide_file::read(path, &scene.2, &settings.guiding, scene.0.bounds()).unwrap());
-        let keeping = Keeping { from, keep: false };
+        let keeping = GuideIo { from, keep: false };
         picture(&render_keeping(&scene.0, &settings, keeping, &mut |_| true))
     };
     (1..=4).map(|seed| compare(&one(seed), reference).unwrap().relmse_trimmed).sum::<f64>() / 4.0

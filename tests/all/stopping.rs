@@ -5,7 +5,7 @@ use phototaxis::film::Combine;
 use phototaxis::integrator::Task;
 use phototaxis::integrator::probe::Watch;
 use phototaxis::math::Rgb;
-use phototaxis::render::{Keeping, Order, Rendering, Settings, Stop, render, render_watched};
+use phototaxis::render::{GuideIo, Order, Rendering, Settings, Stop, render, render_watched};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// 15 tiles, those of the last row not square.
@@ -37,7 +37,7 @@ impl Watch for Stopper {
 fn stopped(loaded: &Loaded, settings: &Settings, keep: bool, wish: fn(&Stop), at: usize) -> Rendering {
     let watch = Stopper { stop: Stop::new(), wish, begun: AtomicUsize::new(0), at };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let keeping = Keeping { from: None, keep };
+    let keeping = GuideIo { from: None, keep };
     pool.install(|| render_watched(&loaded.scene, settings, keeping, &watch, &watch.stop, &mut |_| true))
 }
 

@@ -12,7 +12,7 @@ use phototaxis::lab::compare::file as plan_file;
 use phototaxis::lab::compare::store::Store;
 use phototaxis::math::rng::Rng;
 use phototaxis::math::warp;
-use phototaxis::render::guide_file::{self as guide_file, Subject};
+use phototaxis::render::guide_file::{self as guide_file, GuideFingerprint};
 use phototaxis::scene::obj;
 use phototaxis::texture::Texture;
 use std::path::{Path, PathBuf};
@@ -164,8 +164,8 @@ fn guides() -> Vec<GuidingSettings> {
     ]
 }
 
-fn subject(settings: &GuidingSettings) -> Subject {
-    Subject::new("a scene".into(), settings, &IntegratorSettings::default())
+fn subject(settings: &GuidingSettings) -> GuideFingerprint {
+    GuideFingerprint::new("a scene".into(), settings, &IntegratorSettings::default())
 }
 
 fn learnt(settings: &GuidingSettings, folder: &Path) -> Vec<u8> {

@@ -4,7 +4,7 @@ use crate::guiding::Guide;
 use crate::image::exr::{self, Metadata, Window};
 use crate::image::{Image, Layer, png};
 use crate::inspect::picture::{Chart, side_by_side};
-use crate::inspect::{Layers, Radiance, Seen};
+use crate::inspect::{Layers, PixelVertex, Radiance};
 use crate::platform::Platform;
 use crate::scene::Scene;
 use anyhow::Result;
@@ -26,7 +26,7 @@ pub struct Pictures<'a> {
 
 impl Pictures<'_> {
     /// Learnt beside traced, over the sphere and over the state's hemisphere.
-    pub fn radiance(&self, guide: &Guide, seen: &Seen, radiance: &Radiance) -> Result<()> {
+    pub fn radiance(&self, guide: &Guide, seen: &PixelVertex, radiance: &Radiance) -> Result<()> {
         let (view, normal) = (seen.state(guide).and_then(|key| guide.view(key)), seen.normal());
         let unit = self.scene.light_unit().value();
         let learnt = |w| Some((unit * f64::from(view.as_ref()?.q(normal, w)?)) as f32);

@@ -8,9 +8,9 @@ use crate::cli::progress::say;
 use crate::cli::render::warn;
 use crate::cli::signals::Signals;
 use crate::io::atomic::write_atomically;
-use crate::lab::compare::atelier::{Atelier, reference_blocks};
 use crate::lab::compare::cell::{Cell, cells};
 use crate::lab::compare::chart::{charts, png};
+use crate::lab::compare::executor::{RenderExecutor, reference_blocks};
 use crate::lab::compare::gallery::matrix::Matrix;
 use crate::lab::compare::gallery::{output, pictures};
 use crate::lab::compare::plan::{Budget, Draft, Plan, parse_set, plain_scene};
@@ -177,12 +177,12 @@ fn names(text: &str) -> Vec<String> {
 /// Makes the runs that are missing; `false` where a signal came before all were there.
 fn carry_on(a: &CompareArguments, plan: &Plan, stage: &Stage, store: &mut Store, stop: &Stop) -> Result<bool> {
     let screen = Screen::new(a.quiet);
-    let mut listener = |event: crate::lab::compare::atelier::Event| {
+    let mut listener = |event: crate::lab::compare::executor::Event| {
         screen.show(&event);
     };
     // A gallery goes on where a reference cannot be made good enough, and its verdicts say what is then not known.
     let allow_noisy = a.allow_noisy_reference || plan.gallery.is_some();
-    let mut studio = Atelier::new(plan, stage, &a.output, allow_noisy, stop, &mut listener);
+    let mut studio = RenderExecutor::new(plan, stage, &a.output, allow_noisy, stop, &mut listener);
     Ok(carry_out(plan, store, &mut studio, &mut &screen)?)
 }
 

@@ -13,11 +13,11 @@ use crate::format;
 use crate::format::SceneFile;
 use crate::image::Image;
 use crate::image::exr::read_rgb;
-use crate::inspect::{Comparison, Radiance, Seen};
+use crate::inspect::{Comparison, PixelVertex, Radiance};
 use crate::lab::compare::reference::Growing;
 use crate::lab::generate;
 use crate::lab::paper::{Preset, View, presets};
-use crate::render::{Keeping, Rendering};
+use crate::render::{GuideIo, Rendering};
 use crate::scene::Scene;
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
@@ -73,7 +73,7 @@ pub fn run(arguments: &PaperArguments) -> Result<ExitCode> {
     let threads = arguments.machine.start(arguments.quiet)?;
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
     let mut studio =
-        Studio { arguments, threads, signals: Signals::catch(arguments.quiet)?, references: BTreeMap::new() };
+        PaperRun { arguments, threads, signals: Signals::catch(arguments.quiet)?, references: BTreeMap::new() };
     let mut rows = Vec::new();
     for preset in chosen {
         let Some(row) = studio.take(preset)? else { break };
@@ -93,7 +93,7 @@ fn choose(names: &[String]) -> Result<Vec<&'static Preset>> {
 }
 
 /// Renders presets, and what they are compared with.
-struct Studio<'a> {
+struct PaperRun<'a> {
     arguments: &'a PaperArguments,
     /// For Embree.
     threads: usize,
@@ -101,7 +101,7 @@ struct Studio<'a> {
     references: BTreeMap<&'static str, Image>,
 }
 
-impl Studio<'_> {
+impl PaperRun<'_> {
     fn stopped(&self) -> bool {
         self.signals.came()
     }
@@ -121,7 +121,7 @@ impl Studio<'_> {
         preset.place(&mut description.scene);
         let named = |extension: &str| out.join(format!("{}.{extension}", preset.name));
         let outputs = Outputs::new(&[named("png"), named("exr")], Some(&named("json")), None, &path)?;
-        let keeping = Keeping { from: None, keep: preset.shown.is_some() };
+        let keeping = GuideIo { from: None, keep: preset.shown.is_some() };
         let (scene, rendering) = self.render(preset.name, &description, keeping)?;
         let context = self.context(&scene, &path, &description);
         let report = Report::new(&context, &rendering);
@@ -149,8 +149,8 @@ impl Studio<'_> {
         let guide = rendering.guide.as_ref().context("there is no guide to look at")?;
         let sides = [scene.camera.width, scene.camera.height];
         let [x, y] = [0, 1].map(|axis| (at[axis] * f64::from(sides[axis])) as u32);
-        let seen =
-            Seen::through(scene, x, y).with_context(|| format!("behind pixel {x},{y} there is nothing to learn"))?;
+        let seen = PixelVertex::through(scene, x, y)
+            .with_context(|| format!("behind pixel {x},{y} there is nothing to learn"))?;
         let seed = self.arguments.seed;
         let radiance = Radiance::new(scene, &description.integrator, guide, &seen, TRUTH_SAMPLES, seed);
         let prefix = format!("{}-", preset.name);
@@ -199,7 +199,7 @@ impl Studio<'_> {
         overrides.push(format!("render.seed={}", self.arguments.seed + 1));
         let (description, _) = format::load(scene, &overrides)?;
         let (scene, rendering) =
-            self.render(&format!("the reference of {}", view.name), &description, Keeping::default())?;
+            self.render(&format!("the reference of {}", view.name), &description, GuideIo::default())?;
         if self.stopped() {
             return Ok(false);
         }
@@ -209,7 +209,7 @@ impl Studio<'_> {
         Ok(true)
     }
 
-    fn render(&self, what: &str, description: &SceneFile, keeping: Keeping) -> Result<(Scene, Rendering)> {
+    fn render(&self, what: &str, description: &SceneFile, keeping: GuideIo) -> Result<(Scene, Rendering)> {
         if !self.arguments.quiet {
             say(&format!("rendering {what}"));
         }

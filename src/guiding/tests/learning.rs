@@ -130,7 +130,7 @@ fn scaled_alike(a: &Guide, b: &Guide, scale: f32) -> bool {
     let frozen = |state: &qtable::State| match [a, b].map(|guide| guide.field().summary(state.key)) {
         [None, None] => true,
         [Some(x), Some(y)] => {
-            let densities = |guide: &Guide, known: &Summary| {
+            let densities = |guide: &Guide, known: &RegionInfo| {
                 let distribution = guide.field().distribution(known, state.normal);
                 let mut rng = Rng::new(state.key.0);
                 [(); 20].map(|_| distribution.pdf(unit(&mut rng)))
@@ -180,7 +180,7 @@ fn returns_are_moments_of_the_irradiance_s_estimate() {
         [one(2.0, 0.5, 1.0, 3.0), one(0.0, 0.5, 1.0, 1.0), one(4.0, 0.25, 0.125, 5.0), one(9.0, 1.0, 0.0, 9.0)],
     );
     let returns = guide.learner.get(key).unwrap().returns;
-    assert_eq!(returns, qtable::Returns { weight: 3.0, mean: 2.0, square: 20.0 / 3.0, rays: 3.0 });
+    assert_eq!(returns, qtable::ReturnMoments { weight: 3.0, mean: 2.0, square: 20.0 / 3.0, rays: 3.0 });
 }
 
 /// Where BSDF and guide each have two halves of the directions, the learnt share goes to whichever is right.

@@ -117,6 +117,6 @@ fn row(guide: &Guide, key: StateKey) -> Vec<qtable::Entry> {
 }
 
 /// What the snapshot knows of a state.
-fn summary(guide: &Guide, key: StateKey) -> Summary {
+fn summary(guide: &Guide, key: StateKey) -> RegionInfo {
     *guide.field().summary(key).expect("enough visits")
 }

@@ -12,7 +12,7 @@ mod shape;
 pub use cells::Cells;
 pub use lanes::{densities, draw as draw_lanes};
 pub use leaves::{LeafIndex, leaves};
-pub use place::{Spots, spots};
+pub use place::{CellCoords, spots};
 pub use shape::{Totals, TreeShape};
 
 use super::qtable::Entry;

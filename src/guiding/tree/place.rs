@@ -63,13 +63,13 @@ pub fn cells_of(square: [f32; 2]) -> [u32; 2] {
 }
 
 /// The [`coordinates`] of directions, side by side.
-pub struct Spots {
+pub struct CellCoords {
     x: [u32; LANES],
     y: [u32; LANES],
     above: Mask,
 }
 
-impl Spots {
+impl CellCoords {
     #[inline(always)]
     pub fn get(&self, k: usize) -> Option<[u32; 2]> {
         self.above.has(k).then(|| [self.x[k], self.y[k]])
@@ -78,8 +78,8 @@ impl Spots {
 
 /// Those of directions in world space, in the frames about normals.
 #[inline(never)]
-pub fn spots(normals: &Vec3Lanes, w: &Vec3Lanes) -> Spots {
-    let mut spots = Spots { x: [0; LANES], y: [0; LANES], above: Mask::NONE };
+pub fn spots(normals: &Vec3Lanes, w: &Vec3Lanes) -> CellCoords {
+    let mut spots = CellCoords { x: [0; LANES], y: [0; LANES], above: Mask::NONE };
     let mut z = [0.0; LANES];
     for k in 0..LANES {
         let local = Frame::from_normal(normals.get(k)).to_local(w.get(k));

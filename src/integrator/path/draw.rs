@@ -6,7 +6,7 @@ use crate::math::Rgb;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, mask, pick};
 
 /// Random numbers of the vertices that draw side by side, in the order in which a vertex by itself draws them.
-struct Numbers {
+struct RandomInputs {
     /// Whether it is the guide that draws; else the BSDF.
     by_guide: Mask,
     /// Which cell the guide draws.
@@ -18,7 +18,7 @@ struct Numbers {
 /// What comes of them: as of [`Mixture::sample`] by itself.
 ///
 /// [`Mixture::sample`]: crate::integrator::mixture::Mixture::sample
-pub(super) struct Proposals {
+pub(super) struct DirectionSamples {
     pub dir: Vec3Lanes,
     /// Where the ray begins.
     pub org: Vec3Lanes,
@@ -37,10 +37,10 @@ pub(super) struct Proposals {
 impl Packet<'_> {
     /// Draws directions at these vertices, each of which is [`Packet::wide`].
     #[inline(always)]
-    pub fn propose(&mut self, draws: Mask) -> Proposals {
+    pub fn propose(&mut self, draws: Mask) -> DirectionSamples {
         let numbers = self.draw_numbers(draws);
         let surfaces = &self.surfaces;
-        let mut proposals = Proposals {
+        let mut proposals = DirectionSamples {
             dir: Vec3Lanes::ZERO,
             org: Vec3Lanes::ZERO,
             weight: Vec3Lanes::ZERO,
@@ -63,7 +63,7 @@ impl Packet<'_> {
     }
 
     #[inline(always)]
-    fn draw_numbers(&mut self, draws: Mask) -> Numbers {
+    fn draw_numbers(&mut self, draws: Mask) -> RandomInputs {
         let (mut by_guide, mut cell) = (Mask::NONE, [0.0; LANES]);
         if self.trees().any() {
             let guided = draws & self.trees().are();
@@ -71,12 +71,16 @@ impl Packet<'_> {
             by_guide = guided & mask(|k| chosen[k] >= self.bsdf_fraction()[k]);
             cell = which;
         }
-        Numbers { by_guide, cell, u: self.rng.f32x2(draws) }
+        RandomInputs { by_guide, cell, u: self.rng.f32x2(draws) }
     }
 
     /// Puts the guide's directions among those of the BSDF, and finds what either makes of the other's.
     #[inline(always)]
-    fn propose_by_guide(&self, Numbers { by_guide, cell, u, .. }: &Numbers, proposals: &mut Proposals) {
+    fn propose_by_guide(
+        &self,
+        RandomInputs { by_guide, cell, u, .. }: &RandomInputs,
+        proposals: &mut DirectionSamples,
+    ) {
         let (mut dir, mut guide) = (Vec3Lanes::ZERO, [0.0; LANES]);
         self.trees().sample(*by_guide, cell, u, &mut dir, &mut guide);
         // what neither draws has no use for a density
@@ -98,7 +102,7 @@ impl Packet<'_> {
 
     /// Densities of the mixture and weights of what was drawn, and whether the path goes on.
     #[inline(always)]
-    fn weigh(&self, Numbers { by_guide, .. }: &Numbers, proposals: &mut Proposals) {
+    fn weigh(&self, RandomInputs { by_guide, .. }: &RandomInputs, proposals: &mut DirectionSamples) {
         let guided = by_guide.lanes();
         for k in 0..LANES {
             let (bsdf, reflectance) = (proposals.bsdf[k], self.bsdfs.diffuse().reflectance(k));

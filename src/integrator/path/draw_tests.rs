@@ -26,7 +26,7 @@ fn table(k: usize) -> Option<DirectionTable> {
 
 fn fill<'a>(
     packet: &mut Packet<'a>,
-    guides: &'a [(crate::guiding::Guide, crate::guiding::Summary)],
+    guides: &'a [(crate::guiding::Guide, crate::guiding::RegionInfo)],
     [matte, metal]: [Bsdf<'a>; 2],
     rng: &mut Rng,
 ) {
@@ -49,7 +49,7 @@ fn fill<'a>(
     packet.resolve_trees();
 }
 
-fn proposal(proposals: &Proposals, k: usize) -> DirectionSample {
+fn proposal(proposals: &DirectionSamples, k: usize) -> DirectionSample {
     let pdf = Densities { mixture: proposals.mixture[k], bsdf: proposals.bsdf[k], guide: proposals.guide[k] };
     DirectionSample { wi: proposals.dir.get(k), weight: proposals.weight.get(k), pdf: Some(pdf) }
 }

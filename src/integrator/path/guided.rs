@@ -1,16 +1,16 @@
 //! What the guide has to say at a vertex, and what it will learn of it.
 
-use super::draw::Proposals;
+use super::draw::DirectionSamples;
 use super::packet::Packet;
-use super::{GuideUse, Probe, Walk};
+use super::{GuideUse, Probe, Wavefront};
 use crate::bsdf::{Bsdf, DIFFUSE};
 use crate::guiding::settings::GuideSampling;
-use crate::guiding::{PackedDirection, Place, StateKey, Summary};
+use crate::guiding::{PackedDirection, Place, RegionInfo, StateKey};
 use crate::integrator::Roulette;
-use crate::integrator::arrivals::{ArrivalLanes, Edge};
-use crate::integrator::backup::Expectation;
+use crate::integrator::backward_pass::BootstrapValue;
 use crate::integrator::mixture::DirectionSample;
-use crate::integrator::roulette::{Efficiency, MAX_SURVIVAL, Moments};
+use crate::integrator::roulette::{MAX_SURVIVAL, Moments, RouletteNormalisation};
+use crate::integrator::vertex_record::{PathSegment, VertexRecordLanes};
 use crate::math::{Rgb, luminance};
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
 use glam::Vec3;
@@ -26,10 +26,10 @@ const MIN_COSINE: f32 = 1e-3;
 pub(super) struct Guided<'a> {
     /// Where to record.
     key: StateKey,
-    summary: Option<&'a Summary>,
+    summary: Option<&'a RegionInfo>,
 }
 
-impl<'a, P: Probe> Walk<'a, '_, P> {
+impl<'a, P: Probe> Wavefront<'a, '_, P> {
     /// Asks the guide about the vertices of a packet: first where all of them are in its memory, then what is there.
     pub(super) fn ask_the_guide(&mut self, guide: GuideUse<'a>, packet: &mut Packet<'a>, depth: u32) {
         packet.guided = [None; LANES];
@@ -100,20 +100,20 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 
     /// Keeps what the table expects of going on from a vertex that is kept for learning.
     #[inline]
-    fn expect(&mut self, guide: GuideUse, summary: &Summary, bsdf: &Bsdf, packet: &Packet, k: usize, depth: u32) {
+    fn expect(&mut self, guide: GuideUse, summary: &RegionInfo, bsdf: &Bsdf, packet: &Packet, k: usize, depth: u32) {
         if !self.learn {
             return;
         }
         let (rule, blend) = (guide.settings.rule_in_use(), guide.settings.blend_visits);
         let known = (summary.irradiance, summary.peak, summary.visits);
         let expected = match bsdf.lambertian() {
-            Some(reflectance) => Expectation::new(rule, blend, known, reflectance),
+            Some(reflectance) => BootstrapValue::new(rule, blend, known, reflectance),
             None => {
                 let diffuse = bsdf.diffuse_albedo(packet.surfaces.wo_local(k));
-                Expectation::new(rule, blend, known, diffuse).map(Expectation::of_a_part)
+                BootstrapValue::new(rule, blend, known, diffuse).map(BootstrapValue::of_a_part)
             }
         };
-        self.batch.vertices[depth as usize - 1].expected[packet.ray(k)] = expected.unwrap_or(Expectation::NONE);
+        self.batch.vertices[depth as usize - 1].expected[packet.ray(k)] = expected.unwrap_or(BootstrapValue::NONE);
     }
 
     /// What goes back to vertex `k`, which draws by itself, of what `next` finds, as a part of its weight: what the vertex
@@ -128,7 +128,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             return next.weight;
         };
         let (rule, blend) = (guide.settings.rule_in_use(), guide.settings.blend_visits);
-        let share = Expectation::share(rule, blend, summary.visits);
+        let share = BootstrapValue::share(rule, blend, summary.visits);
         let partly = bsdf.lambertian().is_none() && bsdf.diffuse_albedo(wo) != Rgb::ZERO;
         let Some(share) = share.filter(|_| partly) else { return next.weight };
         let wi = packet.surfaces.get(k).frame.to_local(next.wi);
@@ -168,7 +168,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
     #[inline(always)]
     fn guided_paths(
         &self,
-        efficiency: &Efficiency,
+        efficiency: &RouletteNormalisation,
         packet: &Packet,
         albedo: &Vec3Lanes,
         paths: &mut Lanes,
@@ -210,10 +210,10 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
 
 /// What is to be learnt of a direction. The weight is that of the draw, before roulette and splitting.
 #[inline]
-pub(super) fn edge(packet: &Packet, k: usize, next: &DirectionSample, albedo: f32) -> Option<Edge> {
+pub(super) fn edge(packet: &Packet, k: usize, next: &DirectionSample, albedo: f32) -> Option<PathSegment> {
     let (guided, pdf) = (packet.guided[k]?, next.pdf?);
     let [wi, normal] = [next.wi, packet.surfaces.facing_normal(k)].map(PackedDirection::new);
-    Some(Edge {
+    Some(PathSegment {
         key: guided.key,
         wi,
         normal,
@@ -236,7 +236,7 @@ fn scattered_roughly(packet: &Packet, k: usize, next: &DirectionSample, pdf: f32
 }
 
 /// Expected number of paths where the rough lobes by themselves ask for `rough` of them and the others, which are drawn
-/// with probability `sharp`, for `others`. Numbers are roots of second moments (see [`Efficiency::paths`]), and second
+/// with probability `sharp`, for `others`. Numbers are roots of second moments (see [`RouletteNormalisation::paths`]), and second
 /// moments of lobes add up.
 #[inline(always)]
 fn with_sharp_lobes(rough: f32, sharp: f32, others: f32) -> f32 {
@@ -246,10 +246,15 @@ fn with_sharp_lobes(rough: f32, sharp: f32, others: f32) -> f32 {
 /// How paths come to their next vertices where a packet has drawn side by side, which a guide can help all of; with the
 /// weights of these branches.
 #[inline(always)]
-pub(super) fn edges(packet: &Packet, proposals: &Proposals, weight: &Vec3Lanes, albedo: &Lanes) -> ArrivalLanes {
+pub(super) fn edges(
+    packet: &Packet,
+    proposals: &DirectionSamples,
+    weight: &Vec3Lanes,
+    albedo: &Lanes,
+) -> VertexRecordLanes {
     let mut normals = Vec3Lanes::ZERO;
     packet.surfaces.facing_normals(&mut normals);
-    let mut arrivals = ArrivalLanes {
+    let mut arrivals = VertexRecordLanes {
         parent: packet.rays(),
         teaches: [0; LANES],
         weight: *weight,

@@ -2,14 +2,14 @@
 //! other.
 
 use super::packet::Packet;
-use super::{Probe, Stage, Walk, Wave};
+use super::{Probe, Stage, Wave, Wavefront};
 use crate::geometry::{RayRows, SurfaceInteraction};
 use crate::integrator::batch::NextEventLanes;
 use crate::math::Rgb;
 use crate::simd::{LANES, Packing, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
-impl<P: Probe> Walk<'_, '_, P> {
+impl<P: Probe> Wavefront<'_, '_, P> {
     /// Draws a light for each vertex of a packet that can be lit, and lays shadow rays towards those from which
     /// something would come.
     pub(super) fn ask_lights(&mut self, packet: &mut Packet) {

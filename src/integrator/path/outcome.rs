@@ -1,13 +1,13 @@
 //! What a batch brings back: its pixels, and what is to be learnt from it.
 
-use super::{Probe, Stage, Walk};
-use crate::film::tile::{Features, TileSamples};
+use super::{Probe, Stage, Wavefront};
+use crate::film::tile::{Aovs, TileSamples};
 use crate::guiding::Recorder;
-use crate::integrator::backup::{self, Vertices};
+use crate::integrator::backward_pass::{self, WaveRecord};
 use crate::integrator::batch::{Batch, BatchResult};
 use crate::math::{Rgb, luminance};
 
-impl<P: Probe> Walk<'_, '_, P> {
+impl<P: Probe> Wavefront<'_, '_, P> {
     /// Keeps for learning what the vertex of ray `i` sends along it by itself.
     #[inline]
     pub(super) fn keep_local(&mut self, i: usize, depth: u32, local: Rgb) {
@@ -23,9 +23,9 @@ impl<P: Probe> Walk<'_, '_, P> {
         self.probe.stage(Stage::Record);
         let mut recorder = std::mem::take(&mut self.batch.recorder);
         let b = &mut *self.batch;
-        backup::record(&b.vertices, &mut b.followed, &mut recorder);
+        backward_pass::record(&b.vertices, &mut b.followed, &mut recorder);
         b.points.drain(..).for_each(|(p, n)| recorder.push_point(p, n));
-        b.vertices.iter_mut().for_each(Vertices::clear);
+        b.vertices.iter_mut().for_each(WaveRecord::clear);
         Some(recorder)
     }
 
@@ -36,7 +36,7 @@ impl<P: Probe> Walk<'_, '_, P> {
         let mut samples = TileSamples {
             sum: vec![Rgb::ZERO; pixels],
             sum_squares: vec![Rgb::ZERO; pixels],
-            features: vec![Features::default(); if self.integrator.features { pixels } else { 0 }],
+            features: vec![Aovs::default(); if self.integrator.features { pixels } else { 0 }],
         };
         for (slot, &radiance) in self.batch.radiance.iter().enumerate() {
             let pixel = slot % pixels;

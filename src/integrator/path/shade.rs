@@ -2,17 +2,17 @@
 
 use super::guided::{edge, edges};
 use super::packet::Packet;
-use super::{PathIntegrator, Probe, Stage, Walk};
-use crate::film::tile::Features;
+use super::{PathIntegrator, Probe, Stage, Wavefront};
+use crate::film::tile::Aovs;
 use crate::geometry::{NOTHING, Ray, RayRows, SurfaceInteraction};
-use crate::integrator::arrivals::Arrival;
 use crate::integrator::batch::{PathPacket, PathState};
 use crate::integrator::mixture::Mixture;
+use crate::integrator::vertex_record::VertexRecord;
 use crate::math::{Rgb, luminance};
 use crate::simd::{LANES, Lanes, Mask, Packing, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
-impl<'a, P: Probe> Walk<'a, '_, P> {
+impl<'a, P: Probe> Wavefront<'a, '_, P> {
     /// The vertices at which the wave's rays arrive.
     ///
     /// A packet is taken through each step before the next begins: what is plain arithmetic runs in vectors, and what
@@ -127,7 +127,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
         let bsdf = scene.bsdf(scene.material(surfaces.material(k)), surfaces.uv(k));
         let (albedo, normal) = (bsdf.albedo(surfaces.wo_local(k)), surfaces.facing_normal(k));
         let depth = self.batch.wave.rays.ray(i).tfar;
-        self.batch.features[self.batch.wave.paths.slot(i) as usize] = Features { albedo, normal, depth };
+        self.batch.features[self.batch.wave.paths.slot(i) as usize] = Aovs { albedo, normal, depth };
     }
 
     /// Draws where paths go on, once or more often, and lays their next rays.
@@ -223,7 +223,7 @@ impl<'a, P: Probe> Walk<'a, '_, P> {
             if self.learn {
                 let edge = edge(packet, k, &next, survival.albedo[k]);
                 let back = self.unexpected(packet, k, &next) / paths;
-                let arrival = Arrival { parent: i as u32, weight: back, edge };
+                let arrival = VertexRecord { parent: i as u32, weight: back, edge };
                 self.batch.next.paths.arrivals.push(&arrival);
             }
             let throughput = self.batch.wave.paths.throughput(i) * weight;

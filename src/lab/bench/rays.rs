@@ -5,7 +5,7 @@ use super::replay::{RayOrder, RaySet, Strand, arranged, as_rendered, count, repl
 use super::{median, settings, with_threads};
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
-use crate::render::{Keeping, Rendering, Settings, Stop, render, render_watched};
+use crate::render::{GuideIo, Rendering, Settings, Stop, render, render_watched};
 use crate::scene::Scene;
 use crate::stats::Median;
 use crate::{Error, Result};
@@ -66,7 +66,7 @@ pub struct ReplayFigure {
 pub fn rays(scene: &Scene, description: &SceneFile, threads: usize, turns: usize) -> Result<RaysReport> {
     let settings = settings(description, GuidingMethod::None);
     let recorder = Recorder::default();
-    let rendering = render_watched(scene, &settings, Keeping::default(), &recorder, &Stop::new(), &mut |_| true);
+    let rendering = render_watched(scene, &settings, GuideIo::default(), &recorder, &Stop::new(), &mut |_| true);
     let recording = recorder.finish();
     let counts = if threads > 1 { vec![1, threads] } else { vec![1] };
     let whole = counts.iter().map(|&n| whole(scene, &settings, &recording, n, turns)).collect::<Result<Vec<_>>>()?;

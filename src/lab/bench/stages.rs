@@ -8,7 +8,7 @@ use super::{cpu, median, settings};
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::probe::Stage;
-use crate::render::{Keeping, Rendering, Settings, Stop, render as render_scene, render_watched};
+use crate::render::{GuideIo, Rendering, Settings, Stop, render as render_scene, render_watched};
 use crate::scene::Scene;
 use crate::stats::Median;
 use crate::{Error, Result};
@@ -80,7 +80,7 @@ fn run(scene: &Scene, settings: &Settings) -> Result<Run> {
     let rendering = render_scene(scene, settings, &mut |_| true);
     let cpu_seconds = cpu::times()?.own - before.own;
     let clock = Clock::default();
-    let watched = render_watched(scene, settings, Keeping::default(), &clock, &Stop::new(), &mut |_| true);
+    let watched = render_watched(scene, settings, GuideIo::default(), &clock, &Stop::new(), &mut |_| true);
     let split = clock.split()?;
     let counters = rendering.iterations.iter().map(|i| &i.counters);
     Ok(Run {

@@ -4,7 +4,7 @@ use super::replay::{arranged, as_rendered, count, replay};
 use super::*;
 use crate::format;
 use crate::integrator::Counters;
-use crate::render::{Keeping, Rendering, Stop, render as render_scene, render_watched};
+use crate::render::{GuideIo, Rendering, Stop, render as render_scene, render_watched};
 use crate::scene::Scene;
 
 /// The project's Cornell box, small.
@@ -25,7 +25,7 @@ fn counters(rendering: &Rendering) -> Counters {
 
 fn recorded(scene: &Scene, settings: &Settings) -> (Rendering, Recording) {
     let recorder = Recorder::default();
-    let rendering = render_watched(scene, settings, Keeping::default(), &recorder, &Stop::new(), &mut |_| true);
+    let rendering = render_watched(scene, settings, GuideIo::default(), &recorder, &Stop::new(), &mut |_| true);
     (rendering, recorder.finish())
 }
 
@@ -56,7 +56,7 @@ fn a_clock_changes_no_picture() {
     let settings = settings(&description, GuidingMethod::Grid);
     let plain = render_scene(&scene, &settings, &mut |_| true);
     let clock = Clock::default();
-    let watched = render_watched(&scene, &settings, Keeping::default(), &clock, &Stop::new(), &mut |_| true);
+    let watched = render_watched(&scene, &settings, GuideIo::default(), &clock, &Stop::new(), &mut |_| true);
     assert_eq!(plain.estimate.mean, watched.estimate.mean);
     let split = clock.split().unwrap();
     assert!((split.shares.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{split:?}");

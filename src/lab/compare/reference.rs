@@ -10,7 +10,7 @@ use crate::image::exr::{self, Attribute, Metadata, Window, read_layers, read_rgb
 use crate::image::{Image, Layer};
 use crate::math::Rgb;
 use crate::platform::Platform;
-use crate::render::{self, Keeping, Order, Progress, Rendering, Stop};
+use crate::render::{self, GuideIo, Order, Progress, Rendering, Stop};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use rustc_hash::FxHasher;
@@ -117,7 +117,7 @@ impl Growing {
             settings.render.time = (taken.0 > 0).then_some(growth.time - taken.1);
             // As many as it has samples: never the same twice, however often it is added to.
             settings.render.seed = SEEDS + u64::from(taken.0);
-            let keeping = Keeping::default();
+            let keeping = GuideIo::default();
             let rendering = render::render_until(scene, &settings, keeping, growth.stop, &mut |progress| {
                 (growth.observer)(progress);
                 true

@@ -1,8 +1,8 @@
 //! results.json and results.csv: all figures of a comparison, for programs. The shape is described in docs/compare.md.
 
-use super::atelier::picture_path;
 use super::cell::{CONFIDENCE, Cell};
 use super::chart::Chart;
+use super::executor::picture_path;
 use super::gallery::matrix::Matrix;
 use super::memory;
 use super::plan::{Plan, file_stem};

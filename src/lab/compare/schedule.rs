@@ -18,7 +18,7 @@ pub struct Slot {
 }
 
 /// Makes runs: renders and measures, or pretends to.
-pub trait Studio {
+pub trait Executor {
     /// Makes ready what a scene's runs are measured against; `false` where it was told to stop.
     fn prepare(&mut self, scene: usize, store: &mut Store) -> Result<bool>;
 
@@ -55,7 +55,7 @@ pub fn order(plan: &Plan) -> Vec<Slot> {
 ///
 /// # Errors
 /// What the studio and the store return; what was done until then is in the store.
-pub fn carry_out(plan: &Plan, store: &mut Store, studio: &mut dyn Studio, watcher: &mut dyn Watcher) -> Result<bool> {
+pub fn carry_out(plan: &Plan, store: &mut Store, studio: &mut dyn Executor, watcher: &mut dyn Watcher) -> Result<bool> {
     let slots = order(plan);
     let mut done = slots.iter().filter(|slot| store.find(plan, slot).is_some()).count();
     let mut prepared = None;

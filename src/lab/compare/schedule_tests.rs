@@ -19,7 +19,7 @@ impl Mock {
     }
 }
 
-impl Studio for Mock {
+impl Executor for Mock {
     fn prepare(&mut self, scene: usize, store: &mut Store) -> Result<bool> {
         self.prepared.push(scene);
         let reference = ReferenceRecord {

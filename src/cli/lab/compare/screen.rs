@@ -1,7 +1,7 @@
 //! What is shown while a comparison goes on.
 
 use crate::cli::progress::{Bar, say};
-use crate::lab::compare::atelier::Event;
+use crate::lab::compare::executor::Event;
 use crate::lab::compare::record::Run;
 use crate::lab::compare::schedule::Watcher;
 use std::cell::RefCell;

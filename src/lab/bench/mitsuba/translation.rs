@@ -11,7 +11,7 @@ use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::render::Order;
 use crate::scene::description::CameraDescription;
-use crate::scene::{Camera, Gathered};
+use crate::scene::{Camera, LoadedAssets};
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ impl Translation {
     /// # Errors
     /// [`Error::Scene`] names what Mitsuba has no counterpart of.
     pub fn write(description: &SceneFile, spp: u32, folder: &Path) -> Result<Translation> {
-        let gathered = Gathered::of(&description.scene)?;
+        let gathered = LoadedAssets::of(&description.scene)?;
         let description = same_work(description, &gathered, spp)?;
         let mut root = Element::new("scene").attribute("version", "3.0.0").child(integrator(&description));
         root = root.child(sensor(&description, &gathered)?);
@@ -56,7 +56,7 @@ fn unknown(what: impl std::fmt::Display) -> Error {
 }
 
 /// The description as both can have it.
-fn same_work(description: &SceneFile, gathered: &Gathered, spp: u32) -> Result<SceneFile> {
+fn same_work(description: &SceneFile, gathered: &LoadedAssets, spp: u32) -> Result<SceneFile> {
     let mut d = description.clone();
     if !d.scene.instances.is_empty() || d.scene.meshes.iter().any(|mesh| mesh.group.is_some()) {
         return Err(unknown("instances (its own cannot emit, and copies would not be the same work)"));
@@ -85,12 +85,12 @@ fn same_work(description: &SceneFile, gathered: &Gathered, spp: u32) -> Result<S
     Ok(d)
 }
 
-fn camera(description: &SceneFile, gathered: &Gathered) -> CameraDescription {
+fn camera(description: &SceneFile, gathered: &LoadedAssets) -> CameraDescription {
     let (low, high) = bounds(gathered);
     description.scene.camera.clone().unwrap_or_else(|| Camera::for_bounds(low, high))
 }
 
-fn bounds(gathered: &Gathered) -> (Vec3, Vec3) {
+fn bounds(gathered: &LoadedAssets) -> (Vec3, Vec3) {
     let points = gathered.meshes.iter().flat_map(|mesh| &mesh.positions).map(|p| Vec3::from(*p));
     points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
 }
@@ -106,7 +106,7 @@ fn integrator(description: &SceneFile) -> Element {
     path.integer("rr_depth", i64::from(start))
 }
 
-fn sensor(description: &SceneFile, gathered: &Gathered) -> Result<Element> {
+fn sensor(description: &SceneFile, gathered: &LoadedAssets) -> Result<Element> {
     let camera = camera(description, gathered);
     let (low, high) = bounds(gathered);
     let size = (high - low).length().max((high - camera.origin).length()).max((low - camera.origin).length());
@@ -172,7 +172,7 @@ fn transform(to_world: &Affine3A) -> Element {
 
 /// Materials, and the meshes that have them. What emits has no normals at corners: Mitsuba would take them for the
 /// triangles' own in light's density and cosine.
-fn surfaces(mut root: Element, gathered: &Gathered, folder: &Path) -> Result<Element> {
+fn surfaces(mut root: Element, gathered: &LoadedAssets, folder: &Path) -> Result<Element> {
     let emission = |material: u32| gathered.materials[material as usize].emission;
     let parts = meshes::parts(&gathered.meshes, |material| emission(material) != Rgb::ZERO);
     let mut known = None;

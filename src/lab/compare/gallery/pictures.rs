@@ -3,7 +3,7 @@
 use super::matrix::Matrix;
 use crate::image::exr::read_rgb;
 use crate::image::{Image, png};
-use crate::lab::compare::atelier::worst_path;
+use crate::lab::compare::executor::worst_path;
 use crate::lab::compare::plan::{Plan, file_stem};
 use crate::lab::compare::stage::Stage;
 use crate::lab::compare::store::Store;

@@ -1,29 +1,29 @@
 //! From whole batches of paths back to what each vertex should learn.
 
-use super::arrivals::{Arrival, Arrivals, Edge};
+use super::vertex_record::{PathSegment, VertexRecord, VertexRecords};
 use crate::guiding::settings::LearningRule;
 use crate::guiding::{Recorder, Transition};
 use crate::math::{Rgb, luminance};
 
 /// The vertices of a wave as the backward pass needs them, in the order of its rays.
 #[derive(Debug, Default)]
-pub(super) struct Vertices {
-    pub arrivals: Arrivals,
+pub(super) struct WaveRecord {
+    pub arrivals: VertexRecords,
     /// Radiance towards the path's last vertex that each accounts for itself: emission, weighted for next-event
     /// estimation, and next-event estimation.
     pub local: Vec<Rgb>,
     /// What the frozen table expects of going on.
-    pub expected: Vec<Expectation>,
+    pub expected: Vec<BootstrapValue>,
 }
 
-impl Vertices {
+impl WaveRecord {
     /// Takes the arrivals of a wave, in exchange for memory.
-    pub fn begin(&mut self, arrivals: &mut Arrivals) {
+    pub fn begin(&mut self, arrivals: &mut VertexRecords) {
         std::mem::swap(&mut self.arrivals, arrivals);
         self.local.clear();
         self.local.resize(self.arrivals.len(), Rgb::ZERO);
         self.expected.clear();
-        self.expected.resize(self.arrivals.len(), Expectation::NONE);
+        self.expected.resize(self.arrivals.len(), BootstrapValue::NONE);
     }
 
     pub fn clear(&mut self) {
@@ -33,16 +33,16 @@ impl Vertices {
 
 /// What a vertex takes from the table instead of from the path.
 #[derive(Clone, Copy, Debug)]
-pub struct Expectation {
+pub struct BootstrapValue {
     /// ∫ Q f cosθ dω, or what the rule takes for it, times its share against what the path finds.
     pub radiance: Rgb,
     /// How much of what the path finds counts beside it.
     pub rest: f32,
 }
 
-impl Expectation {
+impl BootstrapValue {
     /// Where the table cannot say.
-    pub const NONE: Expectation = Expectation { radiance: Rgb::ZERO, rest: 1.0 };
+    pub const NONE: BootstrapValue = BootstrapValue { radiance: Rgb::ZERO, rest: 1.0 };
 
     /// `irradiance` and `peak` as in a guide's summary of a state with `visits`, `reflectance` that of a Lambertian
     /// surface.
@@ -52,11 +52,11 @@ impl Expectation {
         blend_visits: f32,
         (irradiance, peak, visits): (f32, f32, f32),
         reflectance: Rgb,
-    ) -> Option<Expectation> {
-        let share = Expectation::share(rule, blend_visits, visits)?;
+    ) -> Option<BootstrapValue> {
+        let share = BootstrapValue::share(rule, blend_visits, visits)?;
         let e = if rule == LearningRule::QLearning { peak } else { irradiance };
         let radiance = reflectance * (std::f32::consts::FRAC_1_PI * e);
-        Some(Expectation { radiance: radiance * share, rest: 1.0 - share })
+        Some(BootstrapValue { radiance: radiance * share, rest: 1.0 - share })
     }
 
     /// The share of a state's table in what is learnt at a vertex in it, against what the path finds; `None` where only
@@ -72,14 +72,14 @@ impl Expectation {
 
     /// The same where it is that of some lobes only. The weights of what the path finds are to leave out what is expected.
     #[inline]
-    pub fn of_a_part(self) -> Expectation {
-        Expectation { rest: 1.0, ..self }
+    pub fn of_a_part(self) -> BootstrapValue {
+        BootstrapValue { rest: 1.0, ..self }
     }
 }
 
 /// What came back to a vertex from those after it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Followed {
+pub(super) struct Return {
     radiance: Rgb,
     rays: f32,
 }
@@ -90,14 +90,14 @@ pub(super) struct Followed {
 ///
 /// Share 1 is the expected SARSA of Dahm & Keller (2017), 0 the Monte Carlo return. The table can say what to expect of
 /// diffuse lobes; of others (mirrors, glass, gloss), and in a state not met before, the share is 0.
-pub(super) fn record(waves: &[Vertices], buffers: &mut [Vec<Followed>; 2], recorder: &mut Recorder) {
+pub(super) fn record(waves: &[WaveRecord], buffers: &mut [Vec<Return>; 2], recorder: &mut Recorder) {
     let [followed, before] = buffers;
     followed.clear();
     for (depth, wave) in waves.iter().enumerate().rev() {
         // the wave before has not been reached yet; the last wave has nothing behind it
-        followed.resize(wave.arrivals.len(), Followed::default());
+        followed.resize(wave.arrivals.len(), Return::default());
         before.clear();
-        before.resize(if depth == 0 { 0 } else { waves[depth - 1].arrivals.len() }, Followed::default());
+        before.resize(if depth == 0 { 0 } else { waves[depth - 1].arrivals.len() }, Return::default());
         for (i, behind) in followed.iter().enumerate() {
             let (arrival, expected) = (wave.arrivals.get(i), wave.expected[i]);
             let arrived = wave.local[i] + (expected.radiance + behind.radiance * expected.rest);
@@ -112,15 +112,15 @@ pub(super) fn record(waves: &[Vertices], buffers: &mut [Vec<Followed>; 2], recor
     }
 }
 
-fn push(recorder: &mut Recorder, arrival: &Arrival, target: f32, rays: f32) {
+fn push(recorder: &mut Recorder, arrival: &VertexRecord, target: f32, rays: f32) {
     if let Some(edge) = arrival.edge
         && target.is_finite()
     {
-        let Edge { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered } = edge;
+        let PathSegment { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered } = edge;
         recorder.push(Transition { key, wi, normal, target, pdf, bsdf_pdf, guide_pdf, scattered, rays });
     }
 }
 
 #[cfg(test)]
-#[path = "backup_tests.rs"]
+#[path = "backward_pass_tests.rs"]
 mod tests;

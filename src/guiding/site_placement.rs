@@ -20,7 +20,7 @@ const POINTS_PER_SITE: usize = 4;
 const SEEDS: [u64; 2] = [1, 2];
 
 /// Path vertices, gathered until they are enough to place sites by.
-pub struct Placing {
+pub struct SitePlacement {
     sites: usize,
     points: Vec<(Vec3, Vec3)>,
     /// Points kept at most.
@@ -30,12 +30,12 @@ pub struct Placing {
     seen: usize,
 }
 
-impl Placing {
+impl SitePlacement {
     /// The states to begin with, and where sites go by paths, what gathers these.
     pub fn begin(
         settings: &GuidingSettings,
         triangles: impl Iterator<Item = [Vec3; 3]> + Clone,
-    ) -> (States, Option<Placing>) {
+    ) -> (States, Option<SitePlacement>) {
         let sites = sites(settings);
         match settings.placement {
             Placement::Area => (States::Voronoi(by_area(triangles, sites)), None),
@@ -44,7 +44,7 @@ impl Placing {
                 let room = (settings.memory / (2 * size_of::<(Vec3, Vec3)>() as u64)) as usize;
                 // an even number, so that the next point is kept after every second went
                 let room = room.clamp(2, MAX_POINTS) & !1;
-                let placing = Placing { sites, points: Vec::new(), room, stride: 1, seen: 0 };
+                let placing = SitePlacement { sites, points: Vec::new(), room, stride: 1, seen: 0 };
                 (States::Voronoi(None), Some(placing))
             }
         }
@@ -95,8 +95,8 @@ mod tests {
     use super::*;
     use crate::math::rng::Rng;
 
-    fn placing(room: usize) -> Placing {
-        Placing { sites: 100, points: Vec::new(), room, stride: 1, seen: 0 }
+    fn placing(room: usize) -> SitePlacement {
+        SitePlacement { sites: 100, points: Vec::new(), room, stride: 1, seen: 0 }
     }
 
     fn points(n: usize) -> Vec<(Vec3, Vec3)> {

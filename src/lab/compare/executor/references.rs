@@ -1,6 +1,6 @@
 //! How good a reference must be, and seeing that it is.
 
-use super::{Atelier, Event, picture};
+use super::{Event, RenderExecutor, picture};
 use crate::lab::compare::measure;
 use crate::lab::compare::plan::Budget;
 use crate::lab::compare::reference::{self, Growing, Growth, SEEDS};
@@ -21,7 +21,7 @@ const PILOT_SAMPLES: u32 = 8;
 /// that promises.
 const LEARNT: f64 = 0.5;
 
-impl Atelier<'_> {
+impl RenderExecutor<'_> {
     /// Makes a scene's reference, or makes the one that is there better; `false` where it was told to stop. `file` is its
     /// place within the folder of the comparison.
     pub(super) fn make(&mut self, scene: usize, file: &Path, store: &mut Store) -> Result<bool> {

@@ -5,25 +5,25 @@ use crate::guiding::recorder::SHARDS;
 use crate::guiding::{PackedDirection, StateKey};
 use glam::Vec3;
 
-fn edge(key: u64) -> Option<Edge> {
+fn edge(key: u64) -> Option<PathSegment> {
     let [wi, normal] = [Vec3::X, Vec3::Y].map(PackedDirection::new);
     let scattered = 0.25;
-    Some(Edge { key: StateKey(key), wi, normal, pdf: 0.5, bsdf_pdf: 0.75, guide_pdf: -1.0, scattered })
+    Some(PathSegment { key: StateKey(key), wi, normal, pdf: 0.5, bsdf_pdf: 0.75, guide_pdf: -1.0, scattered })
 }
 
-type Vertex = (Arrival, Rgb, Option<Expectation>);
+type Vertex = (VertexRecord, Rgb, Option<BootstrapValue>);
 
-fn vertex(parent: u32, weight: f32, edge: Option<Edge>, local: f32, expected: Option<Expectation>) -> Vertex {
-    (Arrival { parent, weight: Rgb::splat(weight), edge }, Rgb::splat(local), expected)
+fn vertex(parent: u32, weight: f32, edge: Option<PathSegment>, local: f32, expected: Option<BootstrapValue>) -> Vertex {
+    (VertexRecord { parent, weight: Rgb::splat(weight), edge }, Rgb::splat(local), expected)
 }
 
-fn record_all(waves: &[Vec<Vertex>], buffers: &mut [Vec<Followed>; 2], recorder: &mut Recorder) {
+fn record_all(waves: &[Vec<Vertex>], buffers: &mut [Vec<Return>; 2], recorder: &mut Recorder) {
     let wave = |wave: &Vec<Vertex>| {
-        let (mut arrivals, mut vertices) = (Arrivals::default(), Vertices::default());
+        let (mut arrivals, mut vertices) = (VertexRecords::default(), WaveRecord::default());
         wave.iter().for_each(|(arrival, ..)| arrivals.push(arrival));
         vertices.begin(&mut arrivals);
         for (i, &(_, local, expected)) in wave.iter().enumerate() {
-            (vertices.local[i], vertices.expected[i]) = (local, expected.unwrap_or(Expectation::NONE));
+            (vertices.local[i], vertices.expected[i]) = (local, expected.unwrap_or(BootstrapValue::NONE));
         }
         vertices
     };
@@ -31,14 +31,14 @@ fn record_all(waves: &[Vec<Vertex>], buffers: &mut [Vec<Followed>; 2], recorder:
 }
 
 /// What a rule expects of a grey surface of albedo 1/2 under an irradiance of 4π (a peak of 6π), after 30 visits.
-fn expected(rule: LearningRule) -> Option<Expectation> {
+fn expected(rule: LearningRule) -> Option<BootstrapValue> {
     let pi = std::f32::consts::PI;
-    Expectation::new(rule, 10.0, (4.0 * pi, 6.0 * pi, 30.0), Rgb::splat(0.5))
+    BootstrapValue::new(rule, 10.0, (4.0 * pi, 6.0 * pi, 30.0), Rgb::splat(0.5))
 }
 
 /// The camera sees x; from there one path goes to y1 and another to y2, and from y1 on to z. Beside it, a second path
 /// leaves the scene at once. Returns state, target and rays of what is recorded, sorted by the target's state.
-fn learnt(x: Option<Expectation>, y: Option<Expectation>) -> Vec<(u64, f32, f32)> {
+fn learnt(x: Option<BootstrapValue>, y: Option<BootstrapValue>) -> Vec<(u64, f32, f32)> {
     let waves = vec![
         vec![vertex(u32::MAX, 1.0, None, 9.0, None), vertex(u32::MAX, 1.0, None, 0.25, x)],
         vec![vertex(1, 0.5, edge(10), 1.0, y), vertex(1, 0.25, edge(11), 3.0, None)],
@@ -48,7 +48,7 @@ fn learnt(x: Option<Expectation>, y: Option<Expectation>) -> Vec<(u64, f32, f32)
     ];
     let mut recorder = Recorder::new();
     // memory that an earlier batch has left behind
-    let rest = || vec![Followed { radiance: Rgb::splat(1e9), rays: 1e9 }; 3];
+    let rest = || vec![Return { radiance: Rgb::splat(1e9), rays: 1e9 }; 3];
     record_all(&waves, &mut [rest(), rest()], &mut recorder);
     let all = (0..SHARDS).flat_map(|shard| recorder.shard(shard));
     let mut all: Vec<(u64, f32, f32)> = all.map(|t| (t.key.0, t.target, t.rays)).collect();
@@ -89,7 +89,7 @@ fn a_part_that_is_expected_is_added_to_what_the_path_finds() {
         (LearningRule::MonteCarlo, 1.0 + 10.0),
     ];
     for (rule, y1) in parts {
-        let part = expected(rule).map(Expectation::of_a_part);
+        let part = expected(rule).map(BootstrapValue::of_a_part);
         let found = learnt(None, part);
         assert!(near(&found, &[(10, y1, 2.0), (11, 3.0, 1.0), (20, 5.0, 1.0)]), "{rule:?}: {found:?}");
     }

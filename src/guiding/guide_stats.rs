@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// Figures over all states of a guide.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Survey {
+pub struct GuideStats {
     pub states: usize,
     /// Of a state, its part of the snapshot included.
     pub mean_bytes: f64,
@@ -23,12 +23,12 @@ pub struct Survey {
     /// Share of the states of which too little is known to draw from.
     pub unusable_share: f64,
     /// States by the weight of their visits.
-    pub visits: Vec<Decade>,
+    pub visits: Vec<HistogramBin>,
 }
 
 /// States with at least `from` visits and fewer than `to`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Decade {
+pub struct HistogramBin {
     pub from: f64,
     pub to: f64,
     pub states: usize,
@@ -44,12 +44,12 @@ struct Figures {
 }
 
 impl Guide {
-    pub fn survey(&self) -> Survey {
+    pub fn survey(&self) -> GuideStats {
         let states = self.figures();
         let count = |holds: &dyn Fn(&Figures) -> bool| states.iter().filter(|state| holds(state)).count();
         let share = |n: usize| if states.is_empty() { 0.0 } else { n as f64 / states.len() as f64 };
         let sizes = || states.iter().map(|state| state.bytes);
-        Survey {
+        GuideStats {
             states: states.len(),
             mean_bytes: if states.is_empty() { 0.0 } else { sizes().sum::<usize>() as f64 / states.len() as f64 },
             min_bytes: sizes().min().unwrap_or(0),
@@ -74,7 +74,7 @@ impl Guide {
                 };
                 tables.learner.states().map(figures).collect()
             }
-            Kind::Leaves(leaves) => {
+            Kind::PpgGuide(leaves) => {
                 let all: Vec<LeafInfo> = leaves.tree().inspect().collect();
                 let whole = all.iter().map(|leaf| leaf.nodes).sum::<usize>().max(1);
                 let figures = |leaf: &LeafInfo| Figures {
@@ -99,7 +99,7 @@ fn nodes(state: &State) -> usize {
 }
 
 /// From 0 to 1, to 10, to 100 … as far as there are any.
-fn decades(visits: impl Iterator<Item = f32>) -> Vec<Decade> {
+fn decades(visits: impl Iterator<Item = f32>) -> Vec<HistogramBin> {
     let mut counts: Vec<usize> = Vec::new();
     for visits in visits {
         let decade = if visits < 1.0 { 0 } else { visits.log10().floor() as usize + 1 };
@@ -107,6 +107,7 @@ fn decades(visits: impl Iterator<Item = f32>) -> Vec<Decade> {
         counts[decade] += 1;
     }
     let bound = |k: i32| if k < 0 { 0.0 } else { 10f64.powi(k) };
-    let decade = |(k, &states): (usize, &usize)| Decade { from: bound(k as i32 - 1), to: bound(k as i32), states };
+    let decade =
+        |(k, &states): (usize, &usize)| HistogramBin { from: bound(k as i32 - 1), to: bound(k as i32), states };
     counts.iter().enumerate().map(decade).collect()
 }

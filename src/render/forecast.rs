@@ -14,7 +14,7 @@ const FADES: f64 = 0.6;
 
 /// The guide after its newest trial. Costs are those of unguided samples per pixel.
 #[derive(Clone, Copy, Debug)]
-pub struct Outlook {
+pub struct GainForecast {
     pub trial: Trial,
     /// How many have been.
     pub trials: u32,
@@ -37,7 +37,7 @@ pub struct Expected {
     pub loss: f64,
 }
 
-impl Outlook {
+impl GainForecast {
     /// Goes through the iterations that are left: each twice as long as the one before, and learnt from, but the last, which is as
     /// long as what then is left.
     pub fn expected(&self) -> Expected {
@@ -70,7 +70,7 @@ mod tests {
 
     fn after(trials: u32, variance_ratio: f64, progress: f64, left: f64) -> Expected {
         let trial = Trial { variance_ratio, cost_ratio: 2.0 };
-        Outlook { trial, trials, samples: 8.0, whole: 2.5, progress, left }.expected()
+        GainForecast { trial, trials, samples: 8.0, whole: 2.5, progress, left }.expected()
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::simd::{LANES, Lanes, Packing, Vec3Lanes};
 
 /// How a path came to a vertex: the direction in which it left the last one, where something can be learnt there.
 #[derive(Clone, Copy, Debug)]
-pub struct Edge {
+pub struct PathSegment {
     pub key: StateKey,
     pub wi: PackedDirection,
     /// Shading normal of the last vertex on the side of the path.
@@ -22,19 +22,19 @@ pub struct Edge {
 
 /// The way from one vertex to the next.
 #[derive(Clone, Copy, Debug)]
-pub struct Arrival {
+pub struct VertexRecord {
     /// The last vertex, by its place in its wave.
     pub parent: u32,
     /// f·|cosθ|/p of the direction, roulette and splitting included; without the diffuse lobes where the last vertex has
     /// others beside them, and expects what its table says of these.
     pub weight: Rgb,
-    pub edge: Option<Edge>,
+    pub edge: Option<PathSegment>,
 }
 
 /// The same for a packet, side by side.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub struct ArrivalLanes {
+pub struct VertexRecordLanes {
     pub parent: [u32; LANES],
     /// 1 where something is to be learnt of the edge.
     pub teaches: [u32; LANES],
@@ -49,9 +49,9 @@ pub struct ArrivalLanes {
     pub scattered: Lanes,
 }
 
-impl ArrivalLanes {
+impl VertexRecordLanes {
     /// From nowhere, with nothing to learn: paths begin so.
-    pub const NONE: ArrivalLanes = ArrivalLanes {
+    pub const NONE: VertexRecordLanes = VertexRecordLanes {
         parent: [u32::MAX; LANES],
         teaches: [0; LANES],
         weight: Vec3Lanes::ZERO,
@@ -64,11 +64,11 @@ impl ArrivalLanes {
         scattered: [0.0; LANES],
     };
 
-    fn set(&mut self, k: usize, arrival: &Arrival) {
+    fn set(&mut self, k: usize, arrival: &VertexRecord) {
         self.parent[k] = arrival.parent;
         self.teaches[k] = arrival.edge.is_some() as u32;
         self.weight.set(k, arrival.weight);
-        if let Some(Edge { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered }) = arrival.edge {
+        if let Some(PathSegment { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered }) = arrival.edge {
             (self.key[k], self.wi[k], self.normal[k]) = (key.0, wi.bits(), normal.bits());
             (self.pdf[k], self.bsdf_pdf[k], self.guide_pdf[k]) = (pdf, bsdf_pdf, guide_pdf);
             self.scattered[k] = scattered;
@@ -76,8 +76,8 @@ impl ArrivalLanes {
     }
 
     #[inline(always)]
-    fn edge(&self, k: usize) -> Option<Edge> {
-        (self.teaches[k] != 0).then(|| Edge {
+    fn edge(&self, k: usize) -> Option<PathSegment> {
+        (self.teaches[k] != 0).then(|| PathSegment {
             key: StateKey(self.key[k]),
             wi: PackedDirection::from_bits(self.wi[k]),
             normal: PackedDirection::from_bits(self.normal[k]),
@@ -89,7 +89,7 @@ impl ArrivalLanes {
     }
 
     #[inline(always)]
-    fn pack(&self, packing: &Packing, [first, second]: [&mut ArrivalLanes; 2]) {
+    fn pack(&self, packing: &Packing, [first, second]: [&mut VertexRecordLanes; 2]) {
         packing.put(&self.parent, [&mut first.parent, &mut second.parent]);
         packing.put(&self.teaches, [&mut first.teaches, &mut second.teaches]);
         self.weight.pack(packing, [&mut first.weight, &mut second.weight]);
@@ -105,12 +105,12 @@ impl ArrivalLanes {
 
 /// The arrivals of a wave, in the order of its rays.
 #[derive(Debug, Default)]
-pub struct Arrivals {
-    packets: Vec<ArrivalLanes>,
+pub struct VertexRecords {
+    packets: Vec<VertexRecordLanes>,
     len: usize,
 }
 
-impl Arrivals {
+impl VertexRecords {
     pub fn clear(&mut self) {
         self.len = 0;
     }
@@ -122,14 +122,14 @@ impl Arrivals {
     /// So many from nowhere.
     pub fn begin(&mut self, len: usize) {
         self.packets.clear();
-        self.packets.resize(len.div_ceil(LANES), ArrivalLanes::NONE);
+        self.packets.resize(len.div_ceil(LANES), VertexRecordLanes::NONE);
         self.len = len;
     }
 
-    pub fn push(&mut self, arrival: &Arrival) {
+    pub fn push(&mut self, arrival: &VertexRecord) {
         let packet = self.len / LANES;
         if packet == self.packets.len() {
-            self.packets.push(ArrivalLanes::NONE);
+            self.packets.push(VertexRecordLanes::NONE);
         }
         self.packets[packet].set(self.len % LANES, arrival);
         self.len += 1;
@@ -137,16 +137,16 @@ impl Arrivals {
 
     /// Adds those of a packet that `packing`, made for this length, has chosen.
     #[inline(always)]
-    pub fn pack(&mut self, packing: &Packing, arrivals: &ArrivalLanes) {
-        arrivals.pack(packing, packing.packets(&mut self.packets, || ArrivalLanes::NONE));
+    pub fn pack(&mut self, packing: &Packing, arrivals: &VertexRecordLanes) {
+        arrivals.pack(packing, packing.packets(&mut self.packets, || VertexRecordLanes::NONE));
         self.len += packing.count();
     }
 
     #[inline(always)]
-    pub fn get(&self, i: usize) -> Arrival {
+    pub fn get(&self, i: usize) -> VertexRecord {
         debug_assert!(i < self.len);
         let (packet, k) = (&self.packets[i / LANES], i % LANES);
-        Arrival { parent: packet.parent[k], weight: packet.weight.get(k), edge: packet.edge(k) }
+        VertexRecord { parent: packet.parent[k], weight: packet.weight.get(k), edge: packet.edge(k) }
     }
 }
 
@@ -161,12 +161,12 @@ mod tests {
             let key = StateKey((k as u64) << 33 | 1);
             let [wi, normal] = [Vec3::X, Vec3::NEG_Y].map(PackedDirection::new);
             let [pdf, bsdf_pdf, guide_pdf, scattered] = [1.0, 2.0, 3.0, 4.0].map(|times| times * k as f32);
-            let edge = Edge { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered };
-            Arrival { parent: 100 + k, weight: Rgb::splat(k as f32), edge: (!k.is_multiple_of(3)).then_some(edge) }
+            let edge = PathSegment { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered };
+            VertexRecord { parent: 100 + k, weight: Rgb::splat(k as f32), edge: (!k.is_multiple_of(3)).then_some(edge) }
         };
-        let mut lanes = ArrivalLanes::NONE;
+        let mut lanes = VertexRecordLanes::NONE;
         (0..LANES).for_each(|k| lanes.set(k, &arrival(k as u32)));
-        let (mut arrivals, mut expected) = (Arrivals::default(), Vec::new());
+        let (mut arrivals, mut expected) = (VertexRecords::default(), Vec::new());
         for chosen in [0b1010_0101, 0xffff, 0, 0xfffe, 0x7fff] {
             arrivals.pack(&Packing::new(chosen, arrivals.len()), &lanes);
             expected.extend((0..16).filter(|k| chosen >> k & 1 == 1).map(arrival));

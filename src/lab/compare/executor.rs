@@ -7,7 +7,7 @@ use super::measure::{self, Reference, blocks};
 use super::plan::{Plan, file_stem};
 use super::record::{Iteration, Run};
 use super::reference;
-use super::schedule::{Slot, Studio};
+use super::schedule::{Executor, Slot};
 use super::stage::{Stage, settings};
 use super::store::Store;
 use super::{bias::ReferenceBlocks, memory};
@@ -15,7 +15,7 @@ use crate::image::exr::{self, Metadata, Window};
 use crate::image::{Image, Layer};
 use crate::integrator::Counters;
 use crate::platform::Platform;
-use crate::render::{self, IterationReport, Keeping, Progress, Rendering, Settings, Stop};
+use crate::render::{self, GuideIo, IterationReport, Progress, Rendering, Settings, Stop};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use limits::Limits;
@@ -47,7 +47,7 @@ pub enum Event<'a> {
 pub type Listener<'a> = &'a mut dyn FnMut(Event);
 
 /// Renders and measures the runs of a plan.
-pub struct Atelier<'a> {
+pub struct RenderExecutor<'a> {
     plan: &'a Plan,
     stage: &'a Stage,
     folder: &'a Path,
@@ -60,7 +60,7 @@ pub struct Atelier<'a> {
     worst: Vec<Option<f64>>,
 }
 
-impl<'a> Atelier<'a> {
+impl<'a> RenderExecutor<'a> {
     /// `folder` takes references and pictures. With `allow_noisy`, references are used whatever their noise. Once `stop` is
     /// asked for, the run under way is thrown away and no other begins.
     pub fn new(
@@ -70,9 +70,9 @@ impl<'a> Atelier<'a> {
         allow_noisy: bool,
         stop: &'a Stop,
         listener: Listener<'a>,
-    ) -> Atelier<'a> {
+    ) -> RenderExecutor<'a> {
         let (limits, worst) = (Limits::default(), Vec::new());
-        Atelier { plan, stage, folder, allow_noisy, reference: None, stop, listener, limits, worst }
+        RenderExecutor { plan, stage, folder, allow_noisy, reference: None, stop, listener, limits, worst }
     }
 
     /// Renders; `None` where it was told to stop.
@@ -82,7 +82,7 @@ impl<'a> Atelier<'a> {
         settings: &Settings,
         event: impl Fn(Progress) -> Event<'e>,
     ) -> Option<Rendering> {
-        let rendering = render::render_until(scene, settings, Keeping::default(), self.stop, &mut |progress| {
+        let rendering = render::render_until(scene, settings, GuideIo::default(), self.stop, &mut |progress| {
             (self.listener)(event(*progress));
             true
         });
@@ -106,7 +106,7 @@ impl<'a> Atelier<'a> {
     }
 }
 
-impl Studio for Atelier<'_> {
+impl Executor for RenderExecutor<'_> {
     fn prepare(&mut self, scene: usize, store: &mut Store) -> Result<bool> {
         let entry = &self.plan.scenes[scene];
         let name = entry.name();

@@ -2,10 +2,10 @@
 
 use super::distribution::{Directions, GuidingDistribution};
 use super::learner::{Learner, Table};
-use super::qtable::{Actions, Entry, Returns, State};
+use super::qtable::{Actions, Entry, ReturnMoments, State};
+use super::region_index::RegionIndex;
 use super::rows::{estimates, strata_row};
 use super::sdtree::LeafInfo;
-use super::slots::Slots;
 use super::states::{StateKey, States};
 use super::strata::{Domain, Strata};
 use super::tree::{Node, Totals};
@@ -23,7 +23,7 @@ pub(super) const WHOLE: u32 = 1 << 16;
 
 /// How what is learnt is used.
 #[derive(Clone, Copy, Debug)]
-pub struct Use {
+pub struct SamplingOptions {
     pub sampling: GuideSampling,
     /// Share of directions left to the BSDF, where it is not learnt.
     pub bsdf_fraction: f32,
@@ -37,7 +37,7 @@ pub struct Use {
 /// What is known of a state besides its directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
-pub struct Summary {
+pub struct RegionInfo {
     pub(super) key: StateKey,
     /// Of the state's frame; zero where the frame is that of each query.
     normal: Vec3,
@@ -60,12 +60,12 @@ pub struct Summary {
 
 /// A snapshot of the table, ready to be drawn from.
 #[derive(Clone, Debug)]
-pub struct TableField {
+pub struct Snapshot {
     states: States,
     table: Table,
-    usage: Use,
-    slots: Slots,
-    summaries: Vec<Summary>,
+    usage: SamplingOptions,
+    slots: RegionIndex,
+    summaries: Vec<RegionInfo>,
     /// Of a hemisphere's strata, row by row: where each begins in the unit interval, in units of 1/`WHOLE`; before
     /// these, the same for the lines of strata, so that a draw reads two short runs of a row. Small numbers keep a row
     /// in few cache lines, where the time of a guided bounce goes; the rounding is exact for all that reads it, as
@@ -79,7 +79,7 @@ pub struct TableField {
 
 /// Bytes that a snapshot holds for a state besides its row, its places in the hash included.
 pub(super) fn bytes_besides_rows() -> usize {
-    size_of::<Summary>() + Slots::BYTES_PER_STATE
+    size_of::<RegionInfo>() + RegionIndex::BYTES_PER_STATE
 }
 
 /// Bytes that a snapshot holds for a stratum, at most.
@@ -89,7 +89,7 @@ pub(super) fn bytes_per_stratum() -> usize {
 
 /// One state's part of a snapshot.
 struct Frozen {
-    summary: Summary,
+    summary: RegionInfo,
     row: Row,
 }
 
@@ -99,14 +99,14 @@ enum Row {
     Tree(Vec<Node>),
 }
 
-impl TableField {
+impl Snapshot {
     /// A field that knows nothing yet.
-    pub fn empty(states: States, table: Table, usage: Use) -> TableField {
-        TableField {
+    pub fn empty(states: States, table: Table, usage: SamplingOptions) -> Snapshot {
+        Snapshot {
             states,
             table,
             usage,
-            slots: Slots::new(std::iter::empty()),
+            slots: RegionIndex::new(std::iter::empty()),
             summaries: Vec::new(),
             rows: Vec::new(),
             spheres: Vec::new(),
@@ -124,22 +124,22 @@ impl TableField {
         self.states = states.clone();
         (self.rows, self.spheres, self.nodes) = (Vec::new(), Vec::new(), Vec::new());
         self.summaries = frozen.into_iter().map(|state| self.append(state)).collect();
-        self.slots = Slots::new(self.summaries.iter().map(|summary| summary.key));
+        self.slots = RegionIndex::new(self.summaries.iter().map(|summary| summary.key));
     }
 
-    fn append(&mut self, state: Frozen) -> Summary {
+    fn append(&mut self, state: Frozen) -> RegionInfo {
         let first = match state.row {
             Row::Strata(row) => append(&mut self.rows, row),
             Row::Sphere(row) => append(&mut self.spheres, row),
             Row::Tree(nodes) => append(&mut self.nodes, nodes),
         };
-        Summary { first, ..state.summary }
+        RegionInfo { first, ..state.summary }
     }
 
     fn freeze_state(&self, state: &State, states: &States) -> Frozen {
         let fraction = if self.usage.learnt_fraction { state.fraction.share() } else { self.usage.bsdf_fraction };
         let (row, rows, totals) = self.freeze_actions(&state.actions, fraction);
-        let summary = Summary {
+        let summary = RegionInfo {
             key: state.key,
             normal: if states.oriented() { state.normal } else { Vec3::ZERO },
             first: 0,
@@ -196,13 +196,13 @@ impl TableField {
 
     /// What is known of a state, where that is enough.
     #[inline(always)]
-    pub fn summary(&self, key: StateKey) -> Option<&Summary> {
+    pub fn summary(&self, key: StateKey) -> Option<&RegionInfo> {
         self.slots.find(&self.summaries, key)
     }
 
     /// Where to go on at a point with the normal `n`, on the side of the path, of a state of which `summary` is known.
     #[inline(always)]
-    pub fn distribution(&self, summary: &Summary, n: Vec3) -> GuidingDistribution<'_> {
+    pub fn distribution(&self, summary: &RegionInfo, n: Vec3) -> GuidingDistribution<'_> {
         let range = summary.first as usize..(summary.first + summary.rows) as usize;
         let normal = if summary.normal == Vec3::ZERO { n } else { summary.normal };
         match &self.table {
@@ -218,7 +218,7 @@ impl TableField {
 
     /// The same where it is a tree: the normal of its hemisphere, and its nodes.
     #[inline(always)]
-    pub fn tree(&self, summary: &Summary, n: Vec3) -> Option<(Vec3, &[Node])> {
+    pub fn tree(&self, summary: &RegionInfo, n: Vec3) -> Option<(Vec3, &[Node])> {
         let range = summary.first as usize..(summary.first + summary.rows) as usize;
         let normal = if summary.normal == Vec3::ZERO { n } else { summary.normal };
         matches!(self.table, Table::Tree(_)).then(|| (normal, &self.nodes[range]))
@@ -259,11 +259,11 @@ impl TableField {
     }
 }
 
-impl Summary {
+impl RegionInfo {
     /// What is known of a leaf of an SD-tree in which the given radiance arrives on average over the sphere: its
     /// irradiance is that of light from everywhere alike.
-    pub(super) fn of_leaf(leaf: &LeafInfo, radiance: f32, bsdf_fraction: f32, returns: &Returns) -> Summary {
-        Summary {
+    pub(super) fn of_leaf(leaf: &LeafInfo, radiance: f32, bsdf_fraction: f32, returns: &ReturnMoments) -> RegionInfo {
+        RegionInfo {
             key: StateKey(leaf.leaf as u64),
             normal: Vec3::ZERO,
             first: leaf.leaf,
@@ -278,7 +278,7 @@ impl Summary {
         }
     }
 
-    /// The leaf of [`Summary::of_leaf`].
+    /// The leaf of [`RegionInfo::of_leaf`].
     #[inline]
     pub(super) fn leaf(&self) -> u32 {
         self.first
@@ -291,7 +291,7 @@ impl Summary {
     }
 }
 
-impl Use {
+impl SamplingOptions {
     /// What a direction with the estimate `q` and the cosine `cos` is drawn in proportion to, in a state with the given
     /// irradiance, which compensation goes by.
     fn weight(&self, irradiance: f32, fraction: f32) -> impl Fn(f32, f32) -> f32 {

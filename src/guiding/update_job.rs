@@ -2,10 +2,10 @@
 
 use super::direction::PackedDirection;
 use super::learner::{Table, in_table};
-use super::qtable::{Actions, Entry, Fraction, Returns, Shard, State};
+use super::qtable::{Actions, Entry, Fraction, ReturnMoments, Shard, State};
 use super::recorder::{Recorder, Transition};
 use super::states::States;
-use super::tree::{Spots, spots};
+use super::tree::{CellCoords, spots};
 use crate::guiding::settings::Rate;
 use crate::simd::{LANES, Vec3Lanes};
 
@@ -26,7 +26,7 @@ pub(super) struct Rules<'a> {
 ///
 /// Targets were computed from the frozen table, so one visit after the other, Q ← Q + (target − Q)/n, gives just what one
 /// batch update with the vanishing rate w = b/(n + b) would.
-pub struct Lesson<'a> {
+pub struct UpdateJob<'a> {
     pub(super) rules: Rules<'a>,
     pub(super) shard: &'a mut Shard,
     /// Of the shard.
@@ -34,7 +34,7 @@ pub struct Lesson<'a> {
     pub(super) recorders: &'a [&'a Recorder],
 }
 
-impl Lesson<'_> {
+impl UpdateJob<'_> {
     pub fn learn(mut self) {
         for recorder in self.recorders {
             // some at once: what is arithmetic runs in vectors, and memory is waited for together
@@ -73,7 +73,7 @@ impl Lesson<'_> {
 
     /// Where the directions of transitions lie in the trees of their states.
     #[inline(always)]
-    fn spots(&self, some: &[Transition], rows: &[Option<u32>; LANES]) -> Spots {
+    fn spots(&self, some: &[Transition], rows: &[Option<u32>; LANES]) -> CellCoords {
         let (mut normals, mut directions) = ([PackedDirection::default(); LANES], [PackedDirection::default(); LANES]);
         for (k, transition) in some.iter().enumerate() {
             (normals[k], directions[k]) = (transition.normal, transition.wi);
@@ -109,7 +109,7 @@ impl Lesson<'_> {
             visits: 0.0,
             fresh: 0.0,
             met: true,
-            returns: Returns::default(),
+            returns: ReturnMoments::default(),
             fraction: Fraction::default(),
         };
         let fits = self.shard.bytes() + state.bytes() <= room;

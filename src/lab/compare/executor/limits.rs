@@ -1,12 +1,12 @@
 //! Where a run ends, and what a gallery looks at beside its runs.
 
-use super::{Atelier, worst_path};
+use super::{RenderExecutor, worst_path};
 use crate::film::accumulate::Estimate;
 use crate::lab::compare::plan::Budget;
 use crate::lab::compare::schedule::Slot;
 use crate::lab::compare::stage::settings;
 use crate::lab::compare::store::Store;
-use crate::render::{self, Keeping, Order, Rendering, Settings};
+use crate::render::{self, GuideIo, Order, Rendering, Settings};
 use crate::scene::Scene;
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
@@ -52,7 +52,7 @@ fn pace(scene: &Scene, settings: &Settings) -> f64 {
     render::render(scene, &settings, &mut |_| true).seconds / f64::from(TRIED)
 }
 
-impl Atelier<'_> {
+impl RenderExecutor<'_> {
     /// Whether each method gives the same picture twice, once by all threads and once by one; and which runs of the scene
     /// were the worst so far.
     pub(super) fn look_at_gallery(&mut self, scene: usize, store: &mut Store) -> Result<()> {
@@ -70,7 +70,7 @@ impl Atelier<'_> {
                 let render = &mut settings.render;
                 (render.seed, render.spp, render.time) = (REPEATED_SEED, spp, None);
                 let render =
-                    || render::render_until(loaded, &settings, Keeping::default(), self.stop, &mut |_| true).estimate;
+                    || render::render_until(loaded, &settings, GuideIo::default(), self.stop, &mut |_| true).estimate;
                 let equal = same(&render(), &one_thread.install(render));
                 if self.stop.is_asked() {
                     return Ok(());

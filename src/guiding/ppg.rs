@@ -1,10 +1,10 @@
 //! The SD-tree as a guide: its leaves are the states, and what they learn is what whole paths brought.
 
 use super::distribution::GuidingDistribution;
-use super::field::Summary;
-use super::qtable::Returns;
+use super::qtable::ReturnMoments;
 use super::recorder::{Recorder, SHARDS, Transition};
 use super::sdtree::{LeafInfo, Sample, SdTree, SdTreeSettings, encode};
+use super::snapshot::RegionInfo;
 use super::states::StateKey;
 use crate::guiding::settings::GuidingSettings;
 use glam::Vec3;
@@ -12,17 +12,17 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// The tree, and what guided roulette wants to know of its leaves besides.
-pub struct Leaves {
+pub struct PpgGuide {
     pub(super) tree: SdTree,
     /// By leaf: of this iteration, and where there was nothing in it, of the last one that had something.
-    pub(super) returns: Vec<Returns>,
+    pub(super) returns: Vec<ReturnMoments>,
     /// By leaf, as of the snapshot; empty before the first.
-    summaries: Vec<Summary>,
+    summaries: Vec<RegionInfo>,
 }
 
-impl Leaves {
+impl PpgGuide {
     /// Nothing known yet. `(low, high)` are the scene's bounds.
-    pub fn new(settings: &GuidingSettings, (low, high): (Vec3, Vec3)) -> Leaves {
+    pub fn new(settings: &GuidingSettings, (low, high): (Vec3, Vec3)) -> PpgGuide {
         let tree = SdTreeSettings {
             split: settings.leaf_samples,
             rho: settings.rho,
@@ -31,11 +31,11 @@ impl Leaves {
             directional_filter: settings.directional_filter,
             learned_fraction: settings.learns_fraction(),
             fraction: settings.bsdf_fraction,
-            bytes_beside: size_of::<Returns>() + size_of::<Summary>(),
+            bytes_beside: size_of::<ReturnMoments>() + size_of::<RegionInfo>(),
             ..SdTreeSettings::default()
         };
         let tree = SdTree::new(low, high, tree, settings.memory);
-        Leaves { tree, returns: vec![Returns::default()], summaries: Vec::new() }
+        PpgGuide { tree, returns: vec![ReturnMoments::default()], summaries: Vec::new() }
     }
 
     /// The leaf to draw from at `p`.
@@ -52,13 +52,13 @@ impl Leaves {
 
     /// What is known of a leaf, where anything is.
     #[inline]
-    pub fn summary(&self, key: StateKey) -> Option<&Summary> {
+    pub fn summary(&self, key: StateKey) -> Option<&RegionInfo> {
         self.summaries.get(key.0 as usize).filter(|summary| summary.is_known())
     }
 
     /// Where to go on in a leaf of which `summary` is known.
     #[inline]
-    pub fn distribution(&self, summary: &Summary) -> GuidingDistribution<'_> {
+    pub fn distribution(&self, summary: &RegionInfo) -> GuidingDistribution<'_> {
         let quadtree = self.tree.distribution(summary.leaf());
         GuidingDistribution::in_leaf(quadtree.expect("a summary is of a leaf that was learnt"))
     }
@@ -75,7 +75,7 @@ impl Leaves {
         let learnt: Vec<_> = (0..SHARDS)
             .into_par_iter()
             .map(|shard| {
-                let mut changed: FxHashMap<usize, Returns> = FxHashMap::default();
+                let mut changed: FxHashMap<usize, ReturnMoments> = FxHashMap::default();
                 let transitions = recorders.iter().flat_map(|recorder| recorder.shard(shard));
                 let samples: Vec<Sample> = transitions
                     .inspect(|transition| {
@@ -110,7 +110,7 @@ impl Leaves {
         leaves.sort_unstable_by_key(|leaf| leaf.leaf);
         let summary = |leaf: &LeafInfo| {
             let (radiance, fraction) = (self.tree.mean_radiance(leaf.leaf), self.tree.fraction(leaf.leaf));
-            Summary::of_leaf(leaf, radiance, fraction, &self.returns[leaf.leaf as usize])
+            RegionInfo::of_leaf(leaf, radiance, fraction, &self.returns[leaf.leaf as usize])
         };
         self.summaries = leaves.iter().map(summary).collect();
     }
@@ -146,7 +146,7 @@ mod tests {
     use crate::math::warp::{UNIFORM_SPHERE_PDF, square_to_uniform_sphere};
 
     /// `n` uniform directions; light comes from above, from the half of the cube with x > 0.5 twice as much.
-    fn record(leaves: &Leaves, n: usize, rng: &mut Rng) -> Recorder {
+    fn record(leaves: &PpgGuide, n: usize, rng: &mut Rng) -> Recorder {
         let mut recorder = Recorder::new();
         for _ in 0..n {
             let (p, w) = (Vec3::new(rng.f32(), rng.f32(), rng.f32()), square_to_uniform_sphere(rng.f32x2()));
@@ -166,11 +166,11 @@ mod tests {
         recorder
     }
 
-    fn trained(change: impl FnOnce(&mut GuidingSettings)) -> Leaves {
+    fn trained(change: impl FnOnce(&mut GuidingSettings)) -> PpgGuide {
         let mut settings = GuidingSettings { method: GuidingMethod::SdTree, ..GuidingSettings::default() };
         (settings.jitter, settings.leaf_samples) = (false, 4000.0);
         change(&mut settings);
-        let mut leaves = Leaves::new(&settings, (Vec3::ZERO, Vec3::ONE));
+        let mut leaves = PpgGuide::new(&settings, (Vec3::ZERO, Vec3::ONE));
         let mut rng = Rng::new(1);
         for _ in 0..3 {
             let recorders = [record(&leaves, 10_000, &mut rng), record(&leaves, 30_000, &mut rng)];
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn the_share_of_the_bsdf_is_learnt_or_kept() {
-        let share = |leaves: &Leaves| leaves.summary(leaves.drawn(Vec3::splat(0.3))).expect("known").bsdf_fraction;
+        let share = |leaves: &PpgGuide| leaves.summary(leaves.drawn(Vec3::splat(0.3))).expect("known").bsdf_fraction;
         assert_eq!(share(&trained(|s| (s.learned_fraction, s.bsdf_fraction) = (Some(false), 0.3))), 0.3);
         // the BSDF wastes half of its directions, the guide none
         assert!(share(&trained(|_| ())) < 0.3);

@@ -1,13 +1,13 @@
 //! The hash of a snapshot: which row a state's summary is.
 
-use super::field::Summary;
+use super::snapshot::RegionInfo;
 use super::states::StateKey;
 use crate::math::rng::mix;
 
 /// Open addressing with linear probing, at most half full; `EMPTY` ends a probe. Keys lie with the summaries, which a
 /// look-up reads anyway: eight slots share a cache line.
 #[derive(Clone, Debug)]
-pub struct Slots(Vec<Slot>);
+pub struct RegionIndex(Vec<Slot>);
 
 /// The upper half of a key's hash, and the row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,12 +18,12 @@ struct Slot {
 
 const EMPTY: Slot = Slot { hash: u32::MAX, row: u32::MAX };
 
-impl Slots {
+impl RegionIndex {
     /// Bytes for a state: a quarter full at worst.
     pub const BYTES_PER_STATE: usize = 4 * size_of::<Slot>();
 
     /// The keys' rows are their places in this order.
-    pub fn new(keys: impl ExactSizeIterator<Item = StateKey>) -> Slots {
+    pub fn new(keys: impl ExactSizeIterator<Item = StateKey>) -> RegionIndex {
         let mut slots = vec![EMPTY; (2 * keys.len()).next_power_of_two().max(2)];
         let mask = slots.len() - 1;
         for (row, key) in keys.enumerate() {
@@ -34,12 +34,12 @@ impl Slots {
             }
             slots[at] = Slot { hash: (hash >> 32) as u32, row: row as u32 };
         }
-        Slots(slots)
+        RegionIndex(slots)
     }
 
     /// The key's summary, if there is one.
     #[inline(always)]
-    pub fn find<'s>(&self, summaries: &'s [Summary], key: StateKey) -> Option<&'s Summary> {
+    pub fn find<'s>(&self, summaries: &'s [RegionInfo], key: StateKey) -> Option<&'s RegionInfo> {
         let (hash, mask) = (mix(key.0), self.0.len() - 1);
         let mut at = hash as usize & mask;
         loop {
