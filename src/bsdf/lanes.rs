@@ -3,7 +3,8 @@
 use super::{Bsdf, BsdfModel, DiffuseLanes};
 use crate::simd::{LANES, Mask, Vec3Lanes};
 
-/// BSDFs side by side, part by part: what is stored in pieces and loaded in one waits for the stores.
+/// The BSDFs of a packet, as a structure of arrays. (Structures that are stored field by field and loaded at once would stall on
+/// store forwarding.)
 pub struct BsdfLanes<'s> {
     are: Mask,
     model: [Option<&'s BsdfModel>; LANES],

@@ -24,9 +24,9 @@ pub struct Film {
     height: u32,
     combine: Combine,
     group: IterationGroup,
-    /// What it held when the newest iteration began, where it is not all of that.
+    /// State of the group at the start of the current iteration, if the group spans several iterations.
     before: Option<IterationGroup>,
-    /// The group before, until there is a better picture than its own to hold its noise against.
+    /// The previous group. Its weight is computed once the next group exists, against whose picture its noise is measured.
     pending: Option<IterationGroup>,
     /// Of the groups before these.
     picture: Picture,

@@ -8,9 +8,9 @@ use crate::math::warp;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, mask};
 use glam::Vec3;
 
-/// The whole part of `v`, within [0, 2²³): what a cast gives, which saturates and takes a jump or two for that.
+/// Branch-free truncation of `v` to an integer, clamped to [0, 2²³). (An `as` cast saturates, which takes branches.)
 #[inline(always)]
-#[allow(clippy::manual_clamp, reason = "what is no number becomes 0, as a cast makes it, and not itself")]
+#[allow(clippy::manual_clamp, reason = "NaN must become 0, as in a cast; `clamp` would keep it")]
 pub(super) fn whole(v: f32) -> u32 {
     /// From here on numbers have no fraction, and are counted by their last bits.
     const UNIT: f32 = (1 << 23) as f32;

@@ -51,7 +51,7 @@ use snapshot::Snapshot;
 use states::{Adaptive, Grid, States};
 use tables::Tables;
 
-/// One of so many bytes of the memory may go to the coarse cells of an adaptive grid, before anything is known.
+/// Divisor of the memory budget: the coarse cells of an adaptive grid take at most 1/8 of it.
 const CELLS_SHARE: u64 = 8;
 
 /// A guide: what it has learnt so far, and the snapshot that is in use.

@@ -1,4 +1,4 @@
-//! What of a guide outlives a render: all that it has learnt, and nothing that can be made of that again.
+//! The serialised form of a guide: what it has learnt. Snapshots are made again when a guide is loaded.
 
 use super::learner::{Learner, Table};
 use super::ppg::PpgGuide;

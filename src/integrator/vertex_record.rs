@@ -1,4 +1,5 @@
-//! How paths came to the vertices of a wave, where something is learnt: a packet's side by side, packed like its rays.
+//! One record per vertex for the backward pass that trains the guide: how its path got there. Structure of arrays, packed as
+//! the rays are.
 
 use crate::guiding::{PackedDirection, StateKey};
 use crate::math::Rgb;

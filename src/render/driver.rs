@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 
-/// Without a guide all samples are alike, whatever they seem to be.
+/// Unguided samples are identically distributed, so they are weighted equally, whatever their estimated variances.
 fn combine(settings: &Settings) -> Combine {
     let (combine, method) = (settings.render.combine, settings.guiding.method);
     if combine == Combine::InverseVariance && method == GuidingMethod::None { Combine::All } else { combine }

@@ -36,7 +36,7 @@ impl PendingResults {
     }
 }
 
-/// What is used again from round to round: memory that is new to a process costs it more than what is written there.
+/// Buffers that are used again from round to round: fresh memory costs page faults, more than writing to it does.
 #[derive(Default)]
 pub(super) struct BufferPool {
     batches: Mutex<Vec<Batch>>,

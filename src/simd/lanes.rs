@@ -1,5 +1,5 @@
-//! Numbers side by side, as many as a packet has rays. A loop over them whose body is plain arithmetic, with choices but
-//! without jumps or look-ups, becomes vector instructions.
+//! Lanes: one number for each ray of a packet. A loop over all lanes becomes vector instructions if its body is arithmetic and
+//! [`pick`] alone, without branches and table look-ups.
 
 use super::{Packing, instructions};
 use glam::Vec3;
@@ -8,14 +8,14 @@ use std::ops::{BitAnd, BitOr, Not};
 /// Rays of a packet, and vertices that are worked on at once.
 pub const LANES: usize = 16;
 
-/// One number for each.
+/// One number for each ray of a packet.
 pub type Lanes = [f32; LANES];
 
-/// Some of them, a bit each. Bytes, set lane by lane and then read at once, would have the reader wait for the writers.
+/// A mask of lanes, one bit per lane. (A byte per lane, written one by one and read at once, would stall on store forwarding.)
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mask(u16);
 
-/// Those of which it is so.
+/// The mask of the lanes for which `is(lane)` holds.
 #[inline(always)]
 pub fn mask(is: impl Fn(usize) -> bool) -> Mask {
     let mut lanes = [0; LANES];
@@ -39,7 +39,7 @@ impl Mask {
         self.0
     }
 
-    /// Whether lane `k` is one of them. In a loop over all lanes, ask [`Self::lanes`].
+    /// Whether lane `k` is set. Loops over all lanes should test [`Self::lanes`] instead, which vectorises.
     #[inline(always)]
     pub fn has(self, k: usize) -> bool {
         self.0 >> k & 1 != 0
@@ -56,13 +56,13 @@ impl Mask {
         self.0.count_ones().into()
     }
 
-    /// Makes lane `k` one of them, or none.
+    /// Sets or clears lane `k`.
     #[inline(always)]
     pub fn set(&mut self, k: usize, is: bool) {
         self.0 = self.0 & !(1 << k) | (is as u16) << k;
     }
 
-    /// To be asked of each lane side by side.
+    /// The mask as one word per lane, for loops over all lanes.
     #[inline(always)]
     pub fn lanes(self) -> MaskLanes {
         MaskLanes(instructions::spread(self.0))
@@ -107,14 +107,14 @@ impl MaskLanes {
     }
 }
 
-/// `a` where it is so, else `b`: both are there already, so that vectors choose between them, where `if` may load only one.
+/// Branch-free select: `a` where `is` holds, else `b`. Both operands are evaluated, so that the compiler can use a vector blend.
 #[inline(always)]
 pub fn pick<T>(is: bool, a: T, b: T) -> T {
     if is { a } else { b }
 }
 
-/// The lanes of a mask, one after the other. Where loops test each lane, every test of lanes that come as they like is a
-/// guess that processors often lose; this loses one at its end.
+/// Iterates over the lanes that are set, from the lowest, without a branch per lane: only the end of the loop may be
+/// mispredicted.
 #[inline(always)]
 pub fn each(mask: Mask) -> Each {
     Each(mask.0 as u32)

@@ -1,4 +1,4 @@
-//! Filling packets without gaps: some lanes of one packet go behind what others hold already.
+//! Packing: the chosen lanes of one packet are appended, without gaps, to a sequence of packets.
 
 use super::{LANES, instructions};
 
@@ -38,7 +38,7 @@ impl Packing {
         packets[self.packet..].first_chunk_mut::<2>().expect("there are two").each_mut()
     }
 
-    /// Puts the chosen numbers of a row into the same row of both packets. Lanes of the second that no number goes to get
+    /// Puts the chosen numbers of a row into the same row of both packets. Other lanes of the second are
     /// any, lanes that were not chosen among them.
     #[inline(always)]
     pub fn put<T: Number>(&self, row: &[T; LANES], [first, second]: [&mut [T; LANES]; 2]) {

@@ -49,7 +49,7 @@ impl Node {
         (self.starts[k] as u32, self.starts[next % FAN] as u32 + (next / FAN) as u32 * WHOLE)
     }
 
-    /// The cell whose part of the unit interval holds `u`, that part, and where in it `u` is. The first cell has always begun.
+    /// The cell whose part of the unit interval holds `u`, that part, and where in it `u` is. (`starts[0]` is 0, so one cell has always begun.)
     #[inline(always)]
     fn draw(&self, u: f64) -> (usize, (u32, u32), f64) {
         let at = u * WHOLE as f64;

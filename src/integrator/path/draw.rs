@@ -35,7 +35,7 @@ pub(super) struct DirectionSamples {
 }
 
 impl Packet<'_> {
-    /// Draws directions at these vertices, each of which is [`Packet::wide`].
+    /// Draws directions at these vertices, each of which is [`Packet::vectorised`].
     #[inline(always)]
     pub fn propose(&mut self, draws: Mask) -> DirectionSamples {
         let numbers = self.draw_numbers(draws);

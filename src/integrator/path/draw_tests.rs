@@ -41,8 +41,8 @@ fn fill<'a>(
         packet.bsdfs.set(k, if is_matte(k) { &matte } else { &metal });
         let (field, normal) = (guide.field(), packet.surfaces.facing_normal(k));
         match table(k) {
-            Some(DirectionTable::Tree) => packet.lead_by_tree(k, field.tree(summary, normal).unwrap(), 0.4),
-            Some(_) => packet.lead(k, field.distribution(summary, normal), 0.4),
+            Some(DirectionTable::Tree) => packet.set_tree_guide(k, field.tree(summary, normal).unwrap(), 0.4),
+            Some(_) => packet.set_guide(k, field.distribution(summary, normal), 0.4),
             None => {}
         }
     }
@@ -71,7 +71,7 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
         let mut packet = Packet::new();
         packet.surfaces = surfaces;
         fill(&mut packet, &guides, [&matte, &metal].map(|model| model.at([COLOR, Rgb::ZERO])), &mut rng);
-        let (before, wide) = (packet.rng, packet.wide());
+        let (before, wide) = (packet.rng, packet.vectorised());
         assert_eq!(wide, mask(|k| is_matte(k) && table(k) != Some(DirectionTable::Hemisphere)));
         let proposals = packet.propose(wide);
         let (mut f, mut pdf, mut albedo) = (Vec3Lanes::ZERO, [0.0; LANES], Vec3Lanes::ZERO);

@@ -70,14 +70,14 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         };
         self.expect(guide, summary, &bsdf, packet, k, depth);
         if packet.rough().has(k) {
-            packet.tell(k, Moments::of(summary));
+            packet.set_moments(k, Moments::of(summary));
         }
         if packet.lobes(k).share() == 0.0 {
             return;
         }
         let product = self.product() && bsdf.lambertian().is_none();
         match guide.field.tree(summary, n).filter(|_| !product) {
-            Some(tree) => packet.lead_by_tree(k, tree, summary.bsdf_fraction),
+            Some(tree) => packet.set_tree_guide(k, tree, summary.bsdf_fraction),
             None => self.take_others(guide, packet, k, n, product.then_some(&bsdf)),
         }
     }
@@ -95,7 +95,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
                 luminance(f) / wi.z.abs().max(MIN_COSINE)
             });
         }
-        packet.lead(k, directions, summary.bsdf_fraction);
+        packet.set_guide(k, directions, summary.bsdf_fraction);
     }
 
     /// Keeps what the table expects of going on from a vertex that is kept for learning.
@@ -178,11 +178,11 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let max_split = if full { 1.0 } else { self.integrator.settings.max_split };
         let before = self.batch.wave.paths.packet(packet.ray(0));
         let (mut inverse_luminance, mut sharp) = ([0.0; LANES], [0.0; LANES]);
-        for k in each(packet.told()) {
+        for k in each(packet.has_moments()) {
             inverse_luminance[k] = self.batch.inverse_luminance[before.slot[k] as usize];
             sharp[k] = packet.lobes(k).sharp();
         }
-        let told = packet.told().lanes();
+        let told = packet.has_moments().lanes();
         for k in 0..LANES {
             let reflected = luminance(before.throughput.get(k) * albedo.get(k)) * (1.0 - sharp[k]);
             let rough = efficiency.paths(packet.moments(k), reflected, inverse_luminance[k], max_split);

@@ -31,7 +31,7 @@ pub(super) struct Packet<'a> {
     /// Its trees.
     trees: GuideLanes<'a>,
     /// Where a state has told what guided roulette goes by.
-    told: Mask,
+    has_moments: Mask,
     square: Lanes,
     mean: Lanes,
     rays_behind: Lanes,
@@ -52,7 +52,7 @@ impl<'a> Packet<'a> {
             directions: [const { None }; LANES],
             bsdf_fraction: [1.0; LANES],
             trees: GuideLanes::new(),
-            told: Mask::NONE,
+            has_moments: Mask::NONE,
             square: [0.0; LANES],
             mean: [0.0; LANES],
             rays_behind: [1.0; LANES],
@@ -65,7 +65,7 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub fn begin(&mut self, first: usize, rng: RngLanes) {
         (self.first, self.rng) = (first, rng);
-        (self.led, self.told, self.bsdf_fraction) = (Mask::NONE, Mask::NONE, [1.0; LANES]);
+        (self.led, self.has_moments, self.bsdf_fraction) = (Mask::NONE, Mask::NONE, [1.0; LANES]);
         self.bsdfs.clear();
         self.trees.clear();
         self.lights.clear();
@@ -140,14 +140,14 @@ impl<'a> Packet<'a> {
     }
 
     /// Takes the guide's directions at vertex `k` and the share that the BSDF keeps.
-    pub fn lead(&mut self, k: usize, directions: GuidingDistribution<'a>, bsdf_fraction: f32) {
+    pub fn set_guide(&mut self, k: usize, directions: GuidingDistribution<'a>, bsdf_fraction: f32) {
         self.led.set(k, true);
         (self.directions[k], self.bsdf_fraction[k]) = (Some(directions), bsdf_fraction);
     }
 
     /// The same where they are a tree, over the hemisphere of `normal`. [`Self::resolve_trees`] is to follow.
     #[inline(always)]
-    pub fn lead_by_tree(&mut self, k: usize, (normal, nodes): (Vec3, &'a [Node]), bsdf_fraction: f32) {
+    pub fn set_tree_guide(&mut self, k: usize, (normal, nodes): (Vec3, &'a [Node]), bsdf_fraction: f32) {
         self.trees.set(k, normal, nodes);
         self.led.set(k, true);
         self.bsdf_fraction[k] = bsdf_fraction;
@@ -155,15 +155,15 @@ impl<'a> Packet<'a> {
 
     /// Takes what the state at vertex `k` knows of what comes back to it.
     #[inline(always)]
-    pub fn tell(&mut self, k: usize, Moments { square, mean, rays }: Moments) {
-        self.told.set(k, true);
+    pub fn set_moments(&mut self, k: usize, Moments { square, mean, rays }: Moments) {
+        self.has_moments.set(k, true);
         (self.square[k], self.mean[k], self.rays_behind[k]) = (square, mean, rays);
     }
 
     /// Where a state has told so much.
     #[inline(always)]
-    pub fn told(&self) -> Mask {
-        self.told
+    pub fn has_moments(&self) -> Mask {
+        self.has_moments
     }
 
     /// What it has told at vertex `k`; any where it has not.
@@ -197,11 +197,11 @@ impl<'a> Packet<'a> {
 
     /// Where directions are drawn by Lambert's law, alone or with a tree: both are known side by side.
     #[inline(always)]
-    pub fn wide(&self) -> Mask {
+    pub fn vectorised(&self) -> Mask {
         self.bsdfs.diffuse().are() & (!self.led | self.trees.are())
     }
 
-    /// [`Mixture::eval_pdf`] towards the lights that were drawn. Any where there are none.
+    /// [`Mixture::eval_pdf`] towards the lights that were drawn. Lanes without a light sample are unspecified.
     pub fn eval_pdf(&self, f: &mut Vec3Lanes, pdf: &mut Lanes) {
         let (surfaces, wi) = (&self.surfaces, &self.lights.wi);
         let mut local = Vec3Lanes::ZERO;
@@ -216,7 +216,7 @@ impl<'a> Packet<'a> {
             self.mix_trees(f, pdf);
         }
         let drawn = &self.lights.pdf;
-        for k in each(mask(|k| drawn[k] > 0.0) & !self.wide()) {
+        for k in each(mask(|k| drawn[k] > 0.0) & !self.vectorised()) {
             let (si, wo, wi) = (surfaces.get(k), surfaces.wo_local(k), wi.get(k));
             if let Some((value, density)) = self.with_mixture(k, |mixture| mixture.eval_pdf(&si, wo, wi)) {
                 f.set(k, value);

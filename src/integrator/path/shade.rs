@@ -32,11 +32,11 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
 
     fn shade(&mut self, depth: u32, packet: &mut Packet<'a>) {
         // Surfaces. A ray that left the scene sees the environment, and is done.
-        self.meet(depth, packet);
+        self.compute_interactions(depth, packet);
 
         // Emission, weighted against the chance that next-event estimation had of drawing this direction.
         for k in each(packet.met()) {
-            self.arrive(packet, k, depth);
+            self.shade_hit(packet, k, depth);
         }
 
         // What the guide knows of each place.
@@ -51,11 +51,11 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
 
         // The next direction, or several.
         self.probe.step(Stage::Shade);
-        self.go_on(packet, depth);
+        self.scatter(packet, depth);
     }
 
     /// The surfaces that rays of a packet met.
-    fn meet(&mut self, depth: u32, packet: &mut Packet<'a>) {
+    fn compute_interactions(&mut self, depth: u32, packet: &mut Packet<'a>) {
         let PathIntegrator { scene, settings, features, .. } = *self.integrator;
         let (first, rays) = (packet.ray(0), &self.batch.wave.rays);
         let (rows, left) = (rays.rows(first), (rays.len() - first) as u32);
@@ -75,13 +75,13 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             }
         }
         for k in each(present & !met) {
-            self.leave(first + k, depth);
+            self.escape(first + k, depth);
         }
         packet.surfaces.resolve();
     }
 
     /// Path `i` meets nothing that counts. Where that is because it left the scene, an environment may be seen.
-    fn leave(&mut self, i: usize, depth: u32) {
+    fn escape(&mut self, i: usize, depth: u32) {
         let (rays, paths) = (&self.batch.wave.rays, &self.batch.wave.paths);
         let mut le = Rgb::ZERO;
         if rays.hit(i).is_none() {
@@ -93,7 +93,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
 
     /// Takes the emission of surface `k`, and finds how it scatters, unless the path ends there.
     #[inline(always)]
-    fn arrive(&mut self, packet: &mut Packet<'a>, k: usize, depth: u32) {
+    fn shade_hit(&mut self, packet: &mut Packet<'a>, k: usize, depth: u32) {
         let PathIntegrator { scene, settings, features, .. } = *self.integrator;
         let material = scene.material(packet.surfaces.material(k));
         if material.emits() {
@@ -131,9 +131,9 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     }
 
     /// Draws where paths go on, once or more often, and lays their next rays.
-    fn go_on(&mut self, packet: &mut Packet<'a>, depth: u32) {
+    fn scatter(&mut self, packet: &mut Packet<'a>, depth: u32) {
         let survival = self.survive(packet, depth);
-        let (wide, goes) = (packet.wide(), mask(|k| survival.count[k] > 0));
+        let (wide, goes) = (packet.vectorised(), mask(|k| survival.count[k] > 0));
         for k in each(goes & !wide) {
             self.draw(packet, k, &survival);
         }
@@ -141,7 +141,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         if splits.any() {
             self.split(packet, splits, &survival);
         }
-        self.go_on_wide(packet, wide & goes, &survival);
+        self.scatter_vectorised(packet, wide & goes, &survival);
     }
 
     /// The second and further branches of paths that split.
@@ -154,14 +154,14 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
                 break;
             }
             packet.rng = before.branch(draws, branch);
-            self.go_on_wide(packet, draws, survival);
+            self.scatter_vectorised(packet, draws, survival);
         }
         packet.rng = first;
     }
 
     /// One direction for each vertex that draws, side by side.
     #[inline(always)]
-    fn go_on_wide(&mut self, packet: &mut Packet<'a>, draws: Mask, survival: &Survival) {
+    fn scatter_vectorised(&mut self, packet: &mut Packet<'a>, draws: Mask, survival: &Survival) {
         let proposals = packet.propose(draws);
         self.counters.directions += draws.count();
         self.counters.guided_directions += proposals.by_guide.count();
@@ -228,13 +228,13 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             }
             let throughput = self.batch.wave.paths.throughput(i) * weight;
             let pdf = next.pdf.map_or(f32::INFINITY, |pdf| pdf.mixture);
-            self.lay(i, si.spawn(next.wi), next.wi, PathState { throughput, rng, pdf, analog });
+            self.enqueue_ray(i, si.spawn(next.wi), next.wi, PathState { throughput, rng, pdf, analog });
         }
     }
 
     /// Lays the next ray of path `i`, with what it carries.
     #[inline(always)]
-    fn lay(&mut self, i: usize, org: Vec3, dir: Vec3, state: PathState) {
+    fn enqueue_ray(&mut self, i: usize, org: Vec3, dir: Vec3, state: PathState) {
         let b = &mut *self.batch;
         b.next.rays.push(&Ray { org, dir, tfar: f32::INFINITY });
         b.next.paths.push(b.wave.paths.slot(i), state);
