@@ -38,8 +38,7 @@ impl Packing {
         packets[self.packet..].first_chunk_mut::<2>().expect("there are two").each_mut()
     }
 
-    /// Puts the chosen numbers of a row into the same row of both packets. Other lanes of the second are
-    /// any, lanes that were not chosen among them.
+    /// Puts the chosen numbers of a row into the same row of both packets. Other lanes of the second are unspecified.
     #[inline(always)]
     pub fn put<T: Number>(&self, row: &[T; LANES], [first, second]: [&mut [T; LANES]; 2]) {
         T::put(row, &self.source, self.full, first, second);
