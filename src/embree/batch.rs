@@ -1,7 +1,8 @@
 //! Batches of rays, held in the very packets that Embree reads: nothing is transposed before a call.
 
+use super::coherence::Coherence;
 use super::packet::{HitPacket, Packet16, Shadow16, ShadowPacket};
-use super::scene::{Coherence, Scene};
+use super::scene::Scene;
 use crate::geometry::{Hit, HitRows, Ray, RayRows};
 use crate::simd::{Mask, Packing};
 

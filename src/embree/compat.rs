@@ -1,6 +1,6 @@
 //! Everything that differs between Embree 3.13 and Embree 4, and nothing else.
 
-use super::scene::Coherence;
+use super::coherence::Coherence;
 use super::sys;
 
 /// What Embree 3 calls a context and Embree 4 calls arguments: the settings of one query. Embree 3 writes to

@@ -9,6 +9,7 @@
 )]
 
 mod batch;
+mod coherence;
 mod compat;
 mod device;
 mod geometry;
@@ -27,8 +28,9 @@ mod sys {
 }
 
 pub use batch::{HitBatch, ShadowBatch};
+pub use coherence::Coherence;
 pub use device::Device;
 pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest, SMALLEST_EXTENT};
 pub use isa::{ISA_VARIABLE, Isa};
 pub use packet::{HitPacket, Packet8, Packet16, Shadow8, Shadow16, ShadowPacket};
-pub use scene::{Coherence, Scene, SceneBuilder, Triangles};
+pub use scene::{Scene, SceneBuilder, Triangles};

@@ -1,21 +1,12 @@
 //! Embree's scene: built once, then only asked.
 
+use super::coherence::Coherence;
 use super::device::Device;
 use super::geometry::{Filter, Instance, OpacityTest, filter};
-use super::single;
 use super::sys;
-use crate::geometry::{Hit, Ray};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::sync::Arc;
-
-/// Whether the rays of a packet run side by side. Camera rays gain two to five times by saying so; bounced rays
-/// and shadow rays lose half.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Coherence {
-    Coherent,
-    Incoherent,
-}
 
 /// The buffers of a mesh, which Embree reads in place.
 #[derive(Clone, Copy)]
@@ -144,16 +135,6 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// Closest hit of one ray.
-    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        single::intersect_one(self, ray)
-    }
-
-    /// Whether anything lies on the ray.
-    pub fn occluded(&self, ray: &Ray) -> bool {
-        single::occluded_one(self, ray)
-    }
-
     /// Corners of the bounding box; `None` for an empty scene.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let mut b = sys::RTCBounds::default();

@@ -1,7 +1,6 @@
 //! Unit vectors in 32 bits, so that a transition stays small.
 
-use super::lanes::whole;
-use crate::simd::{LANES, Vec3Lanes};
+use crate::simd::{LANES, Vec3Lanes, truncate};
 use glam::{Vec2, Vec3};
 
 /// A unit vector by the octahedral map (Cigolle et al. 2014, "A Survey of Efficient Representations for Independent
@@ -19,7 +18,7 @@ impl PackedDirection {
         let (folded, below) = (fold(p), w.z < 0.0);
         let quantised = |flat: f32, folded: f32| {
             let coordinate = if below { folded } else { flat };
-            whole(((coordinate * 0.5 + 0.5) * STEPS).round())
+            truncate(((coordinate * 0.5 + 0.5) * STEPS).round())
         };
         PackedDirection(quantised(p.x, folded.x) | quantised(p.y, folded.y) << 16)
     }

@@ -8,15 +8,6 @@ use crate::math::warp;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, mask};
 use glam::Vec3;
 
-/// Branch-free truncation of `v` to an integer, clamped to [0, 2²³). (An `as` cast saturates, which takes branches.)
-#[inline(always)]
-#[allow(clippy::manual_clamp, reason = "NaN must become 0, as in a cast; `clamp` would keep it")]
-pub(super) fn whole(v: f32) -> u32 {
-    /// From here on numbers have no fraction, and are counted by their last bits.
-    const UNIT: f32 = (1 << 23) as f32;
-    (v.max(0.0).min(UNIT - 1.0).floor() + UNIT).to_bits() - UNIT.to_bits()
-}
-
 /// The trees of a packet: what [`GuidingDistribution`] gives one by one, to the last bit. What is arithmetic is done for all, and
 /// trees are walked level by level.
 pub struct GuideLanes<'f> {
@@ -107,20 +98,5 @@ impl<'f> GuideLanes<'f> {
 impl Default for GuideLanes<'_> {
     fn default() -> Self {
         GuideLanes::new()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn whole_parts_are_those_of_a_cast_that_saturates() {
-        const MOST: u32 = (1 << 23) - 1;
-        let some =
-            [-1e9, -1.0, -0.0, 0.0, 0.999_999_94, 1.0, 2.5, 8_388_606.5, 8_388_607.0, 1e9, f32::INFINITY, f32::NAN];
-        for v in some.into_iter().chain((0..100_000).map(|k| k as f32 * 0.7)) {
-            assert_eq!(whole(v), (v as u32).min(MOST), "{v}");
-        }
     }
 }

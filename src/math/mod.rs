@@ -18,6 +18,11 @@ pub fn luminance(c: Rgb) -> f32 {
     0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z
 }
 
+/// Whether a number can be a sum of light or of visits: finite and not negative.
+pub fn is_amount(x: f64) -> bool {
+    x >= 0.0 && x.is_finite()
+}
+
 /// The largest `f32` below 1: random numbers stay in [0, 1).
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
 

@@ -189,6 +189,15 @@ pub fn normalize_or(v: Vec3, otherwise: Vec3) -> Vec3 {
     if scale.is_finite() && scale > 0.0 { v * scale } else { otherwise }
 }
 
+/// Branch-free truncation of `v` to an integer, clamped to [0, 2²³). (An `as` cast saturates, which takes branches.)
+#[inline(always)]
+#[allow(clippy::manual_clamp, reason = "NaN must become 0, as in a cast; `clamp` would keep it")]
+pub fn truncate(v: f32) -> u32 {
+    /// From here on numbers have no fraction, and are counted by their last bits.
+    const UNIT: f32 = (1 << 23) as f32;
+    (v.max(0.0).min(UNIT - 1.0).floor() + UNIT).to_bits() - UNIT.to_bits()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -201,6 +210,16 @@ mod tests {
             assert_eq!(lanes.bits(), some);
             assert_eq!(each(lanes).collect::<Vec<_>>(), (0..LANES).filter(|&k| is(k)).collect::<Vec<_>>());
             assert!((0..LANES).all(|k| lanes.has(k) == is(k) && lanes.lanes().has(k) == is(k)));
+        }
+    }
+
+    #[test]
+    fn truncation_is_that_of_a_cast_that_saturates() {
+        const MOST: u32 = (1 << 23) - 1;
+        let some =
+            [-1e9, -1.0, -0.0, 0.0, 0.999_999_94, 1.0, 2.5, 8_388_606.5, 8_388_607.0, 1e9, f32::INFINITY, f32::NAN];
+        for v in some.into_iter().chain((0..100_000).map(|k| k as f32 * 0.7)) {
+            assert_eq!(truncate(v), (v as u32).min(MOST), "{v}");
         }
     }
 }

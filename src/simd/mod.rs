@@ -9,5 +9,5 @@ mod instructions;
 mod lanes;
 mod packing;
 
-pub use lanes::{Each, LANES, Lanes, Mask, MaskLanes, Vec3Lanes, each, mask, normalize_or, pick};
+pub use lanes::{Each, LANES, Lanes, Mask, MaskLanes, Vec3Lanes, each, mask, normalize_or, pick, truncate};
 pub use packing::{Number, Packing};

@@ -2,7 +2,7 @@
 
 use super::SdTreeSettings;
 use super::directional::{Branch, MAX_LEVELS, MAX_NODES, Node, are_in_order};
-use super::stored::amount;
+use crate::math::is_amount;
 use serde::{Deserialize, Serialize};
 
 /// Side of the square in the units of filter boxes: half steps of an encoded direction, so that all areas are exact.
@@ -68,7 +68,7 @@ impl Building {
 
     /// Whether this is a quadtree with energies that can have been learnt.
     pub fn is_sound(&self) -> bool {
-        let known = self.energy.len() == self.branches.len() && self.energy.iter().flatten().all(|&e| amount(e));
+        let known = self.energy.len() == self.branches.len() && self.energy.iter().flatten().all(|&e| is_amount(e));
         known && are_in_order(self.branches.iter().copied())
     }
 

@@ -1,6 +1,6 @@
 //! How many directions the BSDF draws, and how many the guide: learnt by gradient descent (Müller 2019).
 
-use super::stored::amount;
+use crate::math::is_amount;
 use serde::{Deserialize, Serialize};
 
 /// Adam's step size, and how fast its two moments forget (Kingma & Ba 2015).
@@ -39,8 +39,8 @@ impl Fraction {
     pub fn is_sound(&self) -> bool {
         let shares = |values: [f64; 2]| values.iter().all(|value| (0.0..=1.0).contains(value));
         let logits = [self.start, self.theta].iter().all(|logit| logit.abs() <= LIMIT);
-        let moments = self.moments[0].is_finite() && amount(self.moments[1]);
-        logits && moments && shares(self.powers) && amount(self.mean) && (self.mean > 0.0 || self.count == 0)
+        let moments = self.moments[0].is_finite() && is_amount(self.moments[1]);
+        logits && moments && shares(self.powers) && is_amount(self.mean) && (self.mean > 0.0 || self.count == 0)
     }
 
     /// The fraction now.

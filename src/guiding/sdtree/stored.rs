@@ -4,6 +4,7 @@ use super::building::Building;
 use super::directional::Node;
 use super::fraction::Fraction;
 use super::{Frozen, Learner, SdTree};
+use crate::math::is_amount;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -57,18 +58,13 @@ impl Frozen {
     /// Whether it has a quadtree among `all` nodes, or none, and numbers that sampling can rely on.
     fn is_sound(&self, all: &[Node]) -> bool {
         let own = all.get(self.first as usize..).and_then(|rest| rest.get(..self.nodes as usize));
-        let sampled = (0.0..=1.0).contains(&self.fraction) && amount(self.mean as f64);
+        let sampled = (0.0..=1.0).contains(&self.fraction) && is_amount(self.mean as f64);
         sampled && own.is_some_and(|own| own.is_empty() || Node::are_sound(own))
     }
 }
 
 impl Learner {
     fn is_sound(&self) -> bool {
-        amount(self.last_visits) && Building::is_sound(&self.quadtree) && Fraction::is_sound(&self.fraction)
+        is_amount(self.last_visits) && Building::is_sound(&self.quadtree) && Fraction::is_sound(&self.fraction)
     }
-}
-
-/// Whether a number is one that sums of light or visits can have.
-pub(super) fn amount(x: f64) -> bool {
-    x >= 0.0 && x.is_finite()
 }

@@ -1,8 +1,7 @@
 //! Cells that refine where it pays: the paper's future work 6.4.
 
 use super::{NORMAL_BITS, POSITION_BITS, StateKey, jittered, lay, normal_bin, pack};
-use crate::guiding::lanes::whole;
-use crate::simd::{LANES, Vec3Lanes};
+use crate::simd::{LANES, Vec3Lanes, truncate};
 use glam::{UVec3, Vec3};
 
 /// A coarse grid, each cell of which is cut into 1, 2³, 4³ … equal parts. How often is one number per coarse cell, in a
@@ -80,7 +79,7 @@ impl Adaptive {
 
     #[inline(always)]
     fn coarse(&self, p: Vec3) -> usize {
-        let c = UVec3::new(whole(p.x), whole(p.y), whole(p.z)).min(self.size - 1);
+        let c = UVec3::new(truncate(p.x), truncate(p.y), truncate(p.z)).min(self.size - 1);
         ((c.z * self.size.y + c.y) * self.size.x + c.x) as usize
     }
 

@@ -6,9 +6,9 @@ mod grid;
 pub use adaptive::Adaptive;
 pub use grid::Grid;
 
-use super::lanes::whole;
 use super::voronoi::Voronoi;
 use crate::math::Frame;
+use crate::simd::truncate;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -92,7 +92,7 @@ const NORMAL_BITS: u32 = 6;
 #[inline(always)]
 fn pack(cell: Vec3, bin: usize) -> u64 {
     let limit = (1 << POSITION_BITS) - 1;
-    let coordinate = |v: f32| whole(v).min(limit) as u64;
+    let coordinate = |v: f32| truncate(v).min(limit) as u64;
     let (x, y, z) = (coordinate(cell.x), coordinate(cell.y), coordinate(cell.z));
     let position = x | y << POSITION_BITS | z << (2 * POSITION_BITS);
     position | (bin as u64) << (3 * POSITION_BITS)
@@ -123,7 +123,7 @@ pub(super) fn normal_bin(n: Vec3) -> usize {
     };
     let face = axis + (along(n.x, n.y, n.z) < 0.0) as i32;
     let (major, x, y) = (along(a.x, a.y, a.z), if is_x { n.y } else { n.x }, if is_z { n.y } else { n.z });
-    let part = |v: f32| (whole((v / major + 1.0) * (0.5 * FACE as f32)) as i32).min(FACE - 1);
+    let part = |v: f32| (truncate((v / major + 1.0) * (0.5 * FACE as f32)) as i32).min(FACE - 1);
     ((face * FACE + part(x)) * FACE + part(y)) as usize
 }
 

@@ -1,10 +1,9 @@
 //! Where the cells of a tree lie in the hemisphere's square.
 
 use super::{DEPTH, SIDE};
-use crate::guiding::lanes::whole;
 use crate::math::Frame;
 use crate::math::warp;
-use crate::simd::{LANES, Mask, Vec3Lanes, mask};
+use crate::simd::{LANES, Mask, Vec3Lanes, mask, truncate};
 use glam::Vec3;
 use std::f32::consts::TAU;
 
@@ -59,7 +58,7 @@ pub fn coordinates(local: Vec3) -> Option<[u32; 2]> {
 #[inline(always)]
 pub fn cells_of(square: [f32; 2]) -> [u32; 2] {
     const SMALLEST: f32 = (SIDE * SIDE * SIDE) as f32;
-    square.map(|v| whole(v * SMALLEST))
+    square.map(|v| truncate(v * SMALLEST))
 }
 
 /// The [`coordinates`] of directions, side by side.
