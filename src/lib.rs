@@ -42,6 +42,7 @@
 
 pub mod bsdf;
 pub mod cli;
+pub(crate) mod document;
 pub mod embree;
 pub mod error;
 pub mod film;

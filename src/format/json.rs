@@ -4,11 +4,11 @@
 //! Its tree is brought into the shape of a scene file's and then read by the same code.
 
 use super::SceneFile;
-use super::document::{At, COORDINATE, Entries, Entry, Fault, NOT_NEGATIVE, Node, Reader, Source, UNIT, Value};
-use super::document::{from_json, read_text};
 use super::model::whole_file;
 use super::sections::{materials, settings, world};
 use crate::Result;
+use crate::document::{At, COORDINATE, Entries, Entry, Fault, NOT_NEGATIVE, Node, Reader, Source, UNIT, Value};
+use crate::document::{from_json, read_text};
 use crate::math::Rgb;
 use crate::scene::description::{CameraDescription, SceneDescription};
 use std::path::Path;

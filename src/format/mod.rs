@@ -1,7 +1,6 @@
 //! Scenes in files: TOML (described in docs/scene-file.md), the interchange form `scene.json`, or a model alone. Each
 //! format is one reader, in [`READERS`].
 
-pub(crate) mod document;
 pub(crate) mod json;
 mod model;
 mod sections;
@@ -12,6 +11,7 @@ mod toml;
 #[cfg(feature = "lab")]
 pub(crate) use model::whole_file;
 
+use crate::document::{Node, Reader, Source, overrides_tree};
 use crate::embree::Device;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
 use crate::integrator::{IntegratorSettings, Roulette};
@@ -20,7 +20,6 @@ use crate::render::{Order, RenderSettings};
 use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
 use crate::{Error, Result};
-use document::{Node, Reader, Source, overrides_tree};
 use std::path::Path;
 use std::sync::Arc;
 

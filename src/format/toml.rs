@@ -1,9 +1,9 @@
 //! Scene files in TOML, as docs/scene-file.md describes them.
 
 use super::SceneFile;
-use super::document::{At, Fault, Node, Reader, Source, from_toml, read_text};
 use super::sections::{self, world};
 use crate::Result;
+use crate::document::{At, Fault, Node, Reader, Source, from_toml, read_text};
 use crate::scene::description::{InstanceDescription, MeshDescription, SceneDescription};
 use std::collections::BTreeSet;
 use std::path::Path;

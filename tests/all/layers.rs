@@ -10,6 +10,7 @@ const LAYERS: &[&str] = &[
     "simd",
     "io",
     "math",
+    "document",
     "stats",
     "geometry",
     "embree",

@@ -2,8 +2,8 @@
 
 use super::scattering::{KINDS, Kind, kinds_with};
 use super::textures::scalar;
-use crate::format::document::suggest::{list, nearest};
-use crate::format::document::{At, Entry, Fault, NOT_NEGATIVE, Node, Reader};
+use crate::document::suggest::{list, nearest};
+use crate::document::{At, Entry, Fault, NOT_NEGATIVE, Node, Reader};
 use crate::scene::description::MaterialDescription;
 use std::collections::BTreeMap;
 use std::path::Path;

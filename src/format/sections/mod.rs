@@ -8,7 +8,7 @@ pub(super) mod textures;
 pub(super) mod world;
 
 use super::SceneFile;
-use super::document::{Fault, Reader};
+use crate::document::{Fault, Reader};
 use settings::section;
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use super::textures::color;
 use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
-use crate::format::document::{Fault, NOT_NEGATIVE, POSITIVE, Reader, UNIT};
+use crate::document::{Fault, NOT_NEGATIVE, POSITIVE, Reader, UNIT};
 use crate::math::Rgb;
 use crate::texture::ColorTexture;
 use std::path::Path;
@@ -39,7 +39,8 @@ pub(in crate::format) fn kinds_with(key: &str) -> Vec<&'static str> {
     let has = |kind: Kind| {
         let mut probe = Reader::probe();
         let read = kind.read(&mut probe, &mut kind.bsdf(), Path::new(""));
-        read.is_ok() && (probe.asked().contains(&key) || key == "two_sided" && kind.is_opaque())
+        read.is_ok()
+            && (probe.asked().iter().any(|info| info.key.name == key) || key == "two_sided" && kind.is_opaque())
     };
     KINDS.iter().filter(|(_, kind)| has(*kind)).map(|(name, _)| *name).collect()
 }

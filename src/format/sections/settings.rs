@@ -1,7 +1,7 @@
 //! The sections of settings. A key is one line here (and one row of docs/scene-file.md, which a test asks for).
 
+use crate::document::{At, Bounds, COORDINATE, Fault, NOT_NEGATIVE, Node, Reader, UNIT, Value};
 use crate::film::{Combine, FilmSettings, Filter};
-use crate::format::document::{At, Bounds, COORDINATE, Fault, NOT_NEGATIVE, Node, Reader, UNIT, Value};
 use crate::guiding::settings::{
     DirectionTable, GuideSampling, GuidingMethod, GuidingSettings, LearningRule, Placement, Rate, Updates,
 };

@@ -1,6 +1,6 @@
 //! Colours and numbers that a picture may replace.
 
-use crate::format::document::{FINITE, Fault, Node, Reader, UNIT, Value};
+use crate::document::{FINITE, Fault, Node, Reader, UNIT, Value};
 use crate::math::Rgb;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! `[[mesh]]`, `[[instance]]` and `[[light]]`: what stands in the world, and where.
 
 use super::settings::needs;
-use crate::format::document::suggest::unknown;
-use crate::format::document::{At, Bounds, COORDINATE, FINITE, Fault, NOT_NEGATIVE, Node, Reader, Value};
+use crate::document::suggest::unknown;
+use crate::document::{At, Bounds, COORDINATE, FINITE, Fault, NOT_NEGATIVE, Node, Reader, Value};
 use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::scene::description::{InstanceDescription, MeshDescription};

@@ -60,7 +60,7 @@ fn keys(page: &BTreeMap<String, BTreeMap<String, String>>, heading: &str) -> BTr
 fn asked<T>(text: &str, read: impl FnOnce(&mut Reader) -> Result<T, Fault>) -> BTreeSet<String> {
     let mut t = Reader::new("", from_toml(text, &At::Text).unwrap()).unwrap();
     assert!(read(&mut t).is_ok(), "{text}");
-    t.asked().iter().map(|k| k.to_string()).collect()
+    t.asked().iter().map(|info| info.key.name.to_string()).collect()
 }
 
 /// The table under the last header of a [`MINIMAL`] text.

@@ -3,7 +3,7 @@
 use super::gallery::{Gallery, reading};
 use super::plan::{Budget, Draft, Origin, Override, SceneEntry};
 use crate::Result;
-use crate::format::document::{
+use crate::document::{
     At, Bounds, Entries, Entry, Fault, Node, Reader, Source, Value, from_toml, line_and_column, read_text,
 };
 use crate::guiding::settings::GuidingMethod;

@@ -2,7 +2,7 @@
 
 use super::gallery::Gallery;
 use super::sweep;
-use crate::format::document::suggest;
+use crate::document::suggest;
 use crate::format::{self, SceneFile};
 use crate::guiding::settings::GuidingMethod;
 use crate::{Error, Result};

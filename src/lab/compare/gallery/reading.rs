@@ -1,7 +1,7 @@
 //! `[gallery]` and `[[why]]` of a comparison's file.
 
 use super::{Bounds, Check, Gallery, Why};
-use crate::format::document::{Bounds as Range, Fault, Node, Reader, suggest};
+use crate::document::{Bounds as Range, Fault, Node, Reader, suggest};
 use crate::lab::compare::file::{SHARE, number, strings};
 
 const FACTOR: Range = Range::new(|x| x >= 1.0, "at least 1");

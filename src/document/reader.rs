@@ -1,6 +1,7 @@
-//! Reads one table key by key. The keys that were asked for are the keys that exist: what is left over at
-//! the end is unknown, and suggestions and the reference page's test know the same list.
+//! Reads one table key by key. The keys that were asked for are the keys that exist: what is left over at the end is unknown,
+//! and suggestions, the reference page and the program's help know the same list.
 
+use super::key::{Key, KeyInfo};
 use super::suggest::unknown;
 use super::tree::{At, Entries, Entry, Fault, Node, Value};
 use crate::math::Rgb;
@@ -27,6 +28,11 @@ impl Bounds {
     pub const fn new(holds: fn(f64) -> bool, text: &'static str) -> Bounds {
         Bounds { holds, text }
     }
+
+    /// For the reference; empty where all finite numbers are within them.
+    pub fn range(self) -> &'static str {
+        if self.text == FINITE.text { "" } else { self.text }
+    }
 }
 
 /// A table that is being read. Methods with a slot leave it as it is where the key is absent.
@@ -34,7 +40,9 @@ pub(crate) struct Reader {
     label: String,
     at: At,
     entries: Entries,
-    asked: Vec<&'static str>,
+    asked: Vec<KeyInfo>,
+    /// Nothing is refused for what is missing.
+    probing: bool,
     given: Vec<(&'static str, At)>,
 }
 
@@ -43,7 +51,9 @@ impl Reader {
     pub fn new(label: impl Into<String>, node: Node) -> Result<Reader, Fault> {
         let label = label.into();
         match node.value {
-            Value::Table(entries) => Ok(Reader { label, at: node.at, entries, asked: vec![], given: vec![] }),
+            Value::Table(entries) => {
+                Ok(Reader { label, at: node.at, entries, asked: vec![], probing: false, given: vec![] })
+            }
             other => Err(Fault::new(node.at, format!("{label} must be a table, found {}", other.kind()))),
         }
     }
@@ -51,15 +61,40 @@ impl Reader {
     /// A table without keys, to learn which ones are asked for.
     pub fn probe() -> Reader {
         let (asked, given) = (vec![], vec![]);
-        Reader { label: String::new(), at: At::Text(0), entries: Entries::new(), asked, given }
+        Reader { label: String::new(), at: At::Text(0), entries: Entries::new(), asked, probing: true, given }
     }
 
-    /// The value of `key`, which is known from here on.
+    /// The value of a key that is described elsewhere; it is known from here on.
     pub fn take(&mut self, key: &'static str) -> Option<Node> {
-        self.asked.push(key);
-        let node = self.entries.remove(key)?.node;
-        self.given.push((key, node.at));
+        self.asked.push(KeyInfo { key: key.into(), kind: String::new(), default: String::new(), range: String::new() });
+        self.given(key)
+    }
+
+    fn given(&mut self, name: &'static str) -> Option<Node> {
+        let node = self.entries.remove(name)?.node;
+        self.given.push((name, node.at));
         Some(node)
+    }
+
+    /// The value of `key`, with what the reference says of it: what may be written, its default (unless the key says that) and
+    /// its range.
+    pub fn ask(
+        &mut self,
+        key: Key,
+        kind: impl Into<String>,
+        default: impl Into<String>,
+        range: impl Into<String>,
+    ) -> Result<Option<Node>, Fault> {
+        let default = key.default.map_or_else(|| default.into(), str::to_string);
+        self.asked.push(KeyInfo { key, kind: kind.into(), default, range: range.into() });
+        let Some(node) = self.given(key.name) else {
+            let missing = key.required && key.unless.is_none() && !self.probing;
+            return if missing { Err(self.missing(key.name)) } else { Ok(None) };
+        };
+        match key.unless {
+            Some(with) => Err(Fault::new(node.at, format!("`{}` in {} needs {with}", key.name, self.label))),
+            None => Ok(Some(node)),
+        }
     }
 
     /// The value of a key that must be there.
@@ -88,7 +123,7 @@ impl Reader {
     }
 
     /// The keys that have been asked for.
-    pub fn asked(&self) -> &[&'static str] {
+    pub fn asked(&self) -> &[KeyInfo] {
         &self.asked
     }
 
@@ -110,67 +145,104 @@ impl Reader {
             None => Ok(()),
             Some((key, entry)) => {
                 let subject = format!("unknown key `{key}` in {}", self.label);
-                Err(Fault::new(entry.key, unknown(&subject, key, self.asked.iter().copied())))
+                Err(Fault::new(entry.key, unknown(&subject, key, self.asked.iter().map(|info| info.key.name))))
             }
         }
     }
 
-    pub fn flag(&mut self, key: &'static str, slot: &mut bool) -> Result<(), Fault> {
-        match self.take(key) {
+    pub fn flag(&mut self, key: impl Into<Key>, slot: &mut bool) -> Result<(), Fault> {
+        let key = key.into();
+        match self.ask(key, "boolean", slot.to_string(), "")? {
             None => Ok(()),
             Some(Node { value: Value::Boolean(b), .. }) => {
                 *slot = b;
                 Ok(())
             }
-            Some(node) => Err(node.mismatch(key, "true or false")),
+            Some(node) => Err(node.mismatch(key.name, "true or false")),
         }
     }
 
-    pub fn number(&mut self, key: &'static str, bounds: Bounds, slot: &mut f32) -> Result<(), Fault> {
-        self.take(key).map_or(Ok(()), |n| n.number(key, bounds).map(|x| *slot = x))
+    pub fn number(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut f32) -> Result<(), Fault> {
+        let key = key.into();
+        let node = self.ask(key, "number", slot.to_string(), bounds.range())?;
+        node.map_or(Ok(()), |n| n.number(key.name, bounds).map(|x| *slot = x))
     }
 
     /// A whole number in `range`, which must fit into `T`.
-    pub fn integer<T: TryFrom<u64>>(
+    pub fn integer<T: TryFrom<u64> + ToString>(
         &mut self,
-        key: &'static str,
+        key: impl Into<Key>,
         range: RangeInclusive<u64>,
         slot: &mut T,
     ) -> Result<(), Fault> {
-        let Some(node) = self.take(key) else { return Ok(()) };
-        let Value::Integer(i) = node.value else { return Err(node.mismatch(key, "an integer")) };
+        let (key, low, high) = (key.into(), range.start(), range.end());
+        let Some(node) = self.ask(key, "integer", slot.to_string(), format!("{low} to {high}"))? else { return Ok(()) };
+        let Value::Integer(i) = node.value else { return Err(node.mismatch(key.name, "an integer")) };
         let within = u64::try_from(i).ok().filter(|i| range.contains(i));
         *slot = within.and_then(|i| T::try_from(i).ok()).ok_or_else(|| {
-            let (low, high) = (range.start(), range.end());
-            Fault::new(node.at, format!("`{key}` must be between {low} and {high}, found {i}"))
+            Fault::new(node.at, format!("`{}` must be between {low} and {high}, found {i}", key.name))
         })?;
         Ok(())
     }
 
-    pub fn vector(&mut self, key: &'static str, bounds: Bounds, slot: &mut Vec3) -> Result<(), Fault> {
-        self.take(key).map_or(Ok(()), |n| n.numbers::<3>(key, bounds).map(|v| *slot = v.into()))
+    pub fn vector(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Vec3) -> Result<(), Fault> {
+        let key = key.into();
+        let node = self.ask(key, "`[x, y, z]`", slot.to_string(), bounds.range())?;
+        node.map_or(Ok(()), |n| n.numbers::<3>(key.name, bounds).map(|v| *slot = v.into()))
     }
 
     /// A grey number or `[r, g, b]`.
-    pub fn color(&mut self, key: &'static str, bounds: Bounds, slot: &mut Rgb) -> Result<(), Fault> {
-        self.take(key).map_or(Ok(()), |n| n.color(key, bounds).map(|c| *slot = c))
+    pub fn color(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Rgb) -> Result<(), Fault> {
+        let key = key.into();
+        let node = self.ask(key, "colour", shown(*slot), bounds.range())?;
+        node.map_or(Ok(()), |n| n.color(key.name, bounds).map(|c| *slot = c))
     }
 
     /// One of a list of names.
-    pub fn choice<T: Copy>(&mut self, key: &'static str, names: &[(&str, T)], slot: &mut T) -> Result<(), Fault> {
-        self.chosen(key, names).map(|chosen| *slot = chosen.unwrap_or(*slot))
+    pub fn choice<T: Copy + PartialEq>(
+        &mut self,
+        key: impl Into<Key>,
+        names: &[(&str, T)],
+        slot: &mut T,
+    ) -> Result<(), Fault> {
+        let key = key.into();
+        let default =
+            names.iter().find(|(_, value)| value == slot).map_or(String::new(), |(name, _)| format!("\"{name}\""));
+        self.chosen_or(key, names, default).map(|chosen| *slot = chosen.unwrap_or(*slot))
     }
 
     /// As [`Reader::choice`]; `None` where the key is absent.
-    pub fn chosen<T: Copy>(&mut self, key: &'static str, names: &[(&str, T)]) -> Result<Option<T>, Fault> {
-        let Some(node) = self.take(key) else { return Ok(None) };
-        let name = node.string(key)?;
+    pub fn chosen<T: Copy>(&mut self, key: impl Into<Key>, names: &[(&str, T)]) -> Result<Option<T>, Fault> {
+        self.chosen_or(key.into(), names, String::new())
+    }
+
+    fn chosen_or<T: Copy>(&mut self, key: Key, names: &[(&str, T)], default: String) -> Result<Option<T>, Fault> {
+        let kind: Vec<String> = names.iter().map(|(name, _)| format!("`\"{name}\"`")).collect();
+        let Some(node) = self.ask(key, kind.join(", "), default, "")? else { return Ok(None) };
+        let name = node.string(key.name)?;
         if let Some((_, value)) = names.iter().find(|(n, _)| *n == name) {
             return Ok(Some(*value));
         }
-        let subject = format!("unknown {key} `{name}` in {}", self.label);
+        let subject = format!("unknown {} `{name}` in {}", key.name, self.label);
         Err(Fault::new(node.at, unknown(&subject, name, names.iter().map(|(n, _)| *n))))
     }
+
+    /// The name of a file, relative to the folder `base`.
+    pub fn path(&mut self, key: impl Into<Key>, base: &Path) -> Result<Option<PathBuf>, Fault> {
+        let key = key.into();
+        self.ask(key, "string", "", "")?.map(|node| node.path(key.name, base)).transpose()
+    }
+
+    pub fn string(&mut self, key: impl Into<Key>) -> Result<Option<String>, Fault> {
+        let key = key.into();
+        self.ask(key, "string", "", "")?.map(|node| node.string(key.name).map(String::from)).transpose()
+    }
+}
+
+/// A colour as one would write it.
+fn shown(color: Rgb) -> String {
+    let [r, g, b] = color.to_array();
+    if r == g && g == b { r.to_string() } else { format!("[{r}, {g}, {b}]") }
 }
 
 impl Node {

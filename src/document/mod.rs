@@ -2,6 +2,7 @@
 //! takes keys from its tables and refuses what is wrong at its place.
 
 mod json;
+mod key;
 mod overrides;
 mod reader;
 mod source;
@@ -9,6 +10,7 @@ pub(crate) mod suggest;
 mod tree;
 
 pub(crate) use json::from_json;
+pub(crate) use key::{Key, KeyInfo, key};
 pub(crate) use overrides::overrides_tree;
 pub(crate) use reader::{Bounds, COORDINATE, FINITE, NOT_NEGATIVE, POSITIVE, Reader, UNIT};
 #[cfg(feature = "lab")]
