@@ -47,6 +47,21 @@ impl Error {
     }
 }
 
+/// Where a scene file says something. Line and column count from 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceLocation {
+    pub path: PathBuf,
+    pub line: usize,
+    pub column: usize,
+}
+
+impl SourceLocation {
+    /// That what is said there cannot be used.
+    pub fn error(&self, message: impl Into<String>) -> Error {
+        Error::parse(&self.path, self.line, self.column, message)
+    }
+}
+
 fn column_suffix(column: usize) -> String {
     if column == 0 { String::new() } else { format!(":{column}") }
 }

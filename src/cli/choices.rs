@@ -1,8 +1,11 @@
 //! Options that several subcommands share, and what they override in a scene file.
 
 use crate::embree::{ISA_VARIABLE, Isa};
+use crate::format::reference;
+use crate::format::reference::METHODS;
 use anyhow::Result;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use std::num::NonZero;
 
 /// What of the machine is used.
@@ -35,10 +38,9 @@ impl Machine {
 #[derive(Args)]
 pub struct Choices {
     /// The guide: what learns where light comes from. [default: the scene file's, else auto]
-    #[arg(long, value_name = "METHOD")]
-    guide: Option<Method>,
-    /// Seed of the random numbers. [default: the scene file's, else 0]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "METHOD", value_parser = methods())]
+    guide: Option<String>,
+    #[arg(long, value_name = "N", help = reference::help("render.seed"))]
     seed: Option<u64>,
     #[command(flatten)]
     pub machine: Machine,
@@ -47,29 +49,16 @@ pub struct Choices {
     set: Vec<String>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Method {
-    /// As adaptive, for as long as it pays: judged by the first iterations' variance and cost
-    Auto,
-    /// No guide: directions from the material, and next-event estimation
-    None,
-    /// Learns in cells that refine where it pays, by position and facing normal
-    Adaptive,
-    /// Learns in the cells of a uniform grid
-    Grid,
-    /// Learns in the cells about sites on the surfaces
-    Voronoi,
-    /// Learns in a spatial tree from whole paths (Practical Path Guiding)
-    #[value(name = "sdtree")]
-    SdTree,
+/// The guide's methods, each with its help.
+fn methods() -> PossibleValuesParser {
+    PossibleValuesParser::new(METHODS.map(|(name, help)| PossibleValue::new(name).help(help.replace('`', ""))))
 }
 
 impl Choices {
     /// `KEY=VALUE` for all that was chosen, after `first`; what `--set` says comes last and holds.
     pub fn overrides(&self, first: impl IntoIterator<Item = String>) -> Vec<String> {
-        let method = self.guide.map(|m| m.to_possible_value().expect("none is hidden").get_name().to_owned());
-        let given =
-            [self.seed.map(|n| format!("render.seed={n}")), method.map(|name| format!("guiding.method={name}"))];
+        let method = self.guide.as_ref().map(|name| format!("guiding.method={name}"));
+        let given = [self.seed.map(|n| format!("render.seed={n}")), method];
         first.into_iter().chain(given.into_iter().flatten()).chain(self.set.iter().cloned()).collect()
     }
 }

@@ -1,12 +1,12 @@
 //! The command line: one file per subcommand. All printing and all exit codes live here.
 //!
-//! Exit codes: 0 done, 1 failed, 2 wrong usage, 3 pixels that are not finite (with the picture written), 130 stopped by
-//! Ctrl-C (with the picture so far written).
-//! Exit codes: 0 done, 1 failed, 2 wrong usage, 128 + n stopped by signal n (with what there was written).
+//! Exit codes: 0 done, 1 failed, 2 wrong usage, 3 pixels that are not finite (with the picture written), 128 + n stopped by
+//! signal n (with what there was written).
 
 mod choices;
 mod error;
 mod inspect;
+mod keys;
 #[cfg(feature = "lab")]
 mod lab;
 #[cfg(not(feature = "lab"))]
@@ -48,6 +48,8 @@ enum Command {
     Error(error::ErrorArguments),
     /// Show what the guide knows of the place behind a pixel, and how large it is.
     Inspect(inspect::InspectArguments),
+    /// List the keys of a scene file: values, default, range, unit and meaning.
+    Keys(keys::KeysArguments),
     #[command(flatten)]
     Lab(lab::LabCommand),
 }
@@ -58,6 +60,7 @@ pub fn run() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Error(arguments) => error::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Keys(arguments) => keys::run(&arguments),
         Command::Lab(command) => command.run(),
     };
     result.unwrap_or_else(|error| {

@@ -8,6 +8,7 @@ mod reader;
 mod source;
 pub(crate) mod suggest;
 mod tree;
+mod units;
 
 pub(crate) use json::from_json;
 pub(crate) use key::{Key, KeyInfo, key};

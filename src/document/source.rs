@@ -1,8 +1,8 @@
 //! The text that a document is read from, and where faults in it are.
 
 use super::{At, Fault};
+use crate::error::SourceLocation;
 use crate::io::memory;
-use crate::scene::description::SourceLocation;
 use crate::{Error, Result};
 use std::path::Path;
 

@@ -8,4 +8,5 @@ mod settings;
 mod surplus;
 pub mod tile;
 
+pub(crate) use settings::SIDE;
 pub use settings::{Combine, FilmSettings, Filter};

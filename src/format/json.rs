@@ -5,10 +5,11 @@
 
 use super::SceneFile;
 use super::model::whole_file;
-use super::sections::{materials, settings, world};
+use super::sections::{camera, materials, world};
 use crate::Result;
 use crate::document::{At, COORDINATE, Entries, Entry, Fault, NOT_NEGATIVE, Node, Reader, Source, UNIT, Value};
 use crate::document::{from_json, read_text};
+use crate::film::SIDE;
 use crate::math::Rgb;
 use crate::scene::description::{CameraDescription, SceneDescription};
 use std::path::Path;
@@ -63,16 +64,16 @@ impl Import<'_> {
     fn camera(&mut self, node: Node) -> Result<(), Fault> {
         let mut t = Reader::new("camera", node)?;
         t.chosen("type", &[("perspective", ())])?;
-        let mut c: CameraDescription = settings::camera_facing_up();
+        let mut c: CameraDescription = camera::camera_facing_up();
         t.vector("origin", COORDINATE, &mut c.origin)?;
         t.vector("target", COORDINATE, &mut c.target)?;
         t.vector("up", COORDINATE, &mut c.up)?;
-        t.number("vfov_deg", settings::VFOV, &mut c.vfov)?;
+        t.number("vfov_deg", camera::VFOV, &mut c.vfov)?;
         t.flag("mirrored_x", &mut c.mirrored)?;
-        settings::needs(&t, &["origin", "target", "vfov_deg"])?;
-        settings::check_camera(&t, &c)?;
-        t.integer("width", settings::SIDE, &mut self.scene.film.width)?;
-        t.integer("height", settings::SIDE, &mut self.scene.film.height)?;
+        camera::needs(&t, &["origin", "target", "vfov_deg"])?;
+        camera::check_camera(&t, &c)?;
+        t.integer("width", SIDE, &mut self.scene.film.width)?;
+        t.integer("height", SIDE, &mut self.scene.film.height)?;
         ignore(&mut t, &["to_world"]);
         self.finish(&t);
         self.scene.camera = Some(c);

@@ -1,5 +1,11 @@
 //! How paths are asked for.
 
+use crate::document::{Bounds, Fault, Reader, key};
+
+const AT_LEAST_ONE: Bounds = Bounds::new(|x| x >= 1.0, "at least 1");
+const ROULETTES: &[(&str, Roulette)] =
+    &[("guided", Roulette::Guided), ("throughput", Roulette::Throughput), ("none", Roulette::None)];
+
 /// How paths are built.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntegratorSettings {
@@ -28,6 +34,29 @@ impl Default for IntegratorSettings {
         }
     }
 }
+
+impl IntegratorSettings {
+    /// Reads `[integrator]` over what there is.
+    pub(crate) fn read(&mut self, t: &mut Reader) -> Result<(), Fault> {
+        let any = u64::from(u32::MAX);
+        let depth = key("max_depth", "longest path from the camera: 1 sees emitters only, 2 adds direct light");
+        t.integer(depth.unit("segments"), 1..=any, &mut self.max_depth)?;
+        t.flag(key("next_event", "every vertex looks at a light"), &mut self.next_event)?;
+        let mis =
+            "emitters that are hit count by the power heuristic; without it only what `next_event` cannot reach counts";
+        t.flag(key("mis", mis), &mut self.mis)?;
+        t.choice(key("roulette", "ends paths at random, as described above"), ROULETTES, &mut self.roulette)?;
+        let before = "before roulette may end a path; `\"guided\"` goes by it only where the guide knows nothing, and for sharp lobes";
+        let before = key("rr_depth", before).unit("segments").only(self.roulette != Roulette::None, ROULETTE);
+        t.integer(before, 0..=any, &mut self.rr_depth)?;
+        let split =
+            key("max_split", "into which `\"guided\"` roulette splits one at most; 1 never splits").unit("paths");
+        t.number(split.only(self.roulette == Roulette::Guided, GUIDED), AT_LEAST_ONE, &mut self.max_split)
+    }
+}
+
+const ROULETTE: &str = "`roulette` other than `\"none\"`";
+const GUIDED: &str = "`roulette = \"guided\"`";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Roulette {

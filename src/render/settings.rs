@@ -1,6 +1,11 @@
 //! How a render is asked for.
 
+use crate::document::{Fault, Reader, key};
 use crate::film::Combine;
+
+const ORDERS: &[(&str, Order)] = &[("progressive", Order::Progressive), ("blocks", Order::Blocks)];
+const COMBINES: &[(&str, Combine)] =
+    &[("inverse-variance", Combine::InverseVariance), ("all", Combine::All), ("last", Combine::Last)];
 
 /// How long, from which numbers, and what becomes of the iterations.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +34,30 @@ impl Default for RenderSettings {
         }
     }
 }
+
+impl RenderSettings {
+    /// Reads `[render]` over what there is.
+    pub(crate) fn read(&mut self, t: &mut Reader) -> Result<(), Fault> {
+        let spp = key("spp", "over all iterations").unit("samples per pixel");
+        t.integer(spp, 1..=u64::from(u32::MAX), &mut self.spp)?;
+        t.seconds(key("time", TIME).unit("seconds"), &mut self.time)?;
+        t.integer(key("seed", SEED), 0..=u64::MAX, &mut self.seed)?;
+        let robust = "no ray slips between two triangles that share an edge, for about a quarter of the speed";
+        t.flag(key("robust", robust), &mut self.robust)?;
+        t.choice(key("order", ORDER), ORDERS, &mut self.order)?;
+        t.choice(key("combine", COMBINE), COMBINES, &mut self.combine)
+    }
+}
+
+const TIME: &str = "after loading; rendering stops at whichever of `spp` and `time` comes first. All pixels get one sample at least, \
+    however long that takes; later a pass that takes more than a fiftieth of the time is cut where the time ends, so that some \
+    pixels have more samples than others (layer `samples.Y`)";
+const SEED: &str = "of all random numbers: the same seed and `spp` give the same picture, bit for bit, with any number of threads, \
+    by one build of the program at one instruction set of Embree's (see [processors.md](processors.md#the-same-picture-bit-for-bit))";
+const ORDER: &str = "passes over the whole picture in iterations of doubling length, or block after block from the middle outwards, \
+    each with all of its samples: one iteration, so a guide needs `updates = \"online\"` and a grid of strata; not together with `time`";
+const COMBINE: &str = "weights of the iterations' pictures: by inverse estimated variance, relative to the picture that the \
+    iteration after makes (where `method` is `\"none\"`, whose samples are all alike, by samples), by samples, or only the last";
 
 /// Which samples come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

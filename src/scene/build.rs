@@ -1,9 +1,10 @@
 //! From meshes to what answers ray queries.
 
-use super::description::{InstanceDescription, SceneDescription, SourceLocation};
+use super::description::{InstanceDescription, SceneDescription};
 use super::instances::Instances;
 use super::material::{Material, opacity_test};
 use crate::embree::{self, Device, Instance, LARGEST_COORDINATE, SMALLEST_EXTENT, SceneBuilder, Triangles};
+use crate::error::SourceLocation;
 use crate::geometry::{Mesh, Placement};
 use crate::texture::Texture;
 use crate::{Error, Result};

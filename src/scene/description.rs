@@ -1,7 +1,7 @@
 //! A scene as written, before anything is loaded: every reader ends here, [`super::Scene`] begins here.
 
-use crate::Error;
 use crate::bsdf::BsdfDescription;
+use crate::error::SourceLocation;
 use crate::film::FilmSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
@@ -34,21 +34,6 @@ pub struct CameraDescription {
     pub vfov: f32,
     /// The picture is flipped left to right (scene formats with a left-handed camera).
     pub mirrored: bool,
-}
-
-/// Where a scene file says something. Line and column count from 1.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SourceLocation {
-    pub path: PathBuf,
-    pub line: usize,
-    pub column: usize,
-}
-
-impl SourceLocation {
-    /// That what is said there cannot be used.
-    pub fn error(&self, message: impl Into<String>) -> Error {
-        Error::parse(&self.path, self.line, self.column, message)
-    }
 }
 
 /// A file of triangles and where it stands.

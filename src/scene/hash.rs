@@ -143,3 +143,6 @@ fn light<'a>(canon: &mut Canon, light: &LightDescription, environments: &mut imp
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

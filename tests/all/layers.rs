@@ -119,3 +119,51 @@ fn an_arrow_that_runs_back_up_would_be_seen() {
     assert!(fault("math", "render").is_some() && fault("math", "nowhere").is_some());
     assert!(fault("render", "math").is_none());
 }
+
+/// Files that a source file's `mod NAME;` lines lead to, and those that these lead to.
+fn reach(path: &Path, reached: &mut BTreeSet<PathBuf>) {
+    let Ok(text) = std::fs::read_to_string(path) else { return };
+    if !reached.insert(path.to_path_buf()) {
+        return;
+    }
+    let (folder, stem) = (path.parent().unwrap(), path.file_stem().unwrap().to_string_lossy().into_owned());
+    let below = if ["mod", "lib", "main"].contains(&&*stem) { folder.to_path_buf() } else { folder.join(&stem) };
+    let mut named = None;
+    for line in text.lines().map(str::trim) {
+        if let Some(name) = line.strip_prefix("#[path = \"").and_then(|rest| rest.strip_suffix("\"]")) {
+            named = Some(folder.join(name));
+        } else if let Some(module) =
+            line.strip_suffix(';').and_then(|line| line.rsplit_once("mod ")).map(|(_, name)| name)
+        {
+            match named.take() {
+                Some(path) => reach(&path, reached),
+                None => {
+                    reach(&below.join(format!("{module}.rs")), reached);
+                    reach(&below.join(module).join("mod.rs"), reached);
+                }
+            }
+        }
+    }
+}
+
+/// A file of tests that no module names would never run, and nobody would see.
+#[test]
+fn every_source_file_is_part_of_a_module() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut reached = BTreeSet::new();
+    ["src/lib.rs", "src/main.rs", "tests/all/main.rs", "tests/fuzz/main.rs"]
+        .map(|top| reach(&root.join(top), &mut reached));
+    let mut folders = vec![root.join("src"), root.join("tests/all"), root.join("tests/fuzz")];
+    let mut lost = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") && !reached.contains(&path) {
+                lost.push(path);
+            }
+        }
+    }
+    assert!(lost.is_empty(), "no module names {lost:?}");
+    assert!(reached.len() > 200, "the walk itself found {} files", reached.len());
+}

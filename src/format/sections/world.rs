@@ -1,6 +1,6 @@
 //! `[[mesh]]`, `[[instance]]` and `[[light]]`: what stands in the world, and where.
 
-use super::settings::needs;
+use super::camera::needs;
 use crate::document::suggest::unknown;
 use crate::document::{At, Bounds, COORDINATE, FINITE, Fault, NOT_NEGATIVE, Node, Reader, Value};
 use crate::light::LightDescription;

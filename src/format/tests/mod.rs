@@ -1,3 +1,6 @@
+mod faults;
+mod reference_page;
+
 use super::*;
 use crate::bsdf::BsdfDescription;
 use crate::film::{FilmSettings, Filter};
@@ -10,7 +13,7 @@ use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 use glam::Vec3;
 use proptest::prelude::*;
 
-pub(super) fn parsed(text: &str, overrides: &[&str]) -> Result<SceneFile> {
+fn parsed(text: &str, overrides: &[&str]) -> Result<SceneFile> {
     let overrides: Vec<String> = overrides.iter().map(|s| s.to_string()).collect();
     parse(text, Path::new("dir/s.toml"), &overrides).map(|(scene, _)| scene)
 }

@@ -1,10 +1,7 @@
-//! docs/scene-file.md against the reader: the same keys, the same defaults.
+//! docs/scene-file.md against the readers: its tables are theirs, and what it says is a default changes nothing.
 
-use super::reader::Reader;
-use super::scattering::{KINDS, Kind};
-use super::tree::{At, Fault, from_toml};
 use super::*;
-use crate::texture::ScalarTexture;
+use crate::format::reference::{self, Section};
 use std::collections::{BTreeMap, BTreeSet};
 
 const PAGE: &str = include_str!("../../../docs/scene-file.md");
@@ -52,73 +49,58 @@ fn page() -> BTreeMap<String, BTreeMap<String, String>> {
     sections
 }
 
-fn keys(page: &BTreeMap<String, BTreeMap<String, String>>, heading: &str) -> BTreeSet<String> {
-    page.get(heading).map(|rows| rows.keys().cloned().collect()).unwrap_or_default()
-}
-
-/// The keys that are asked for when `text`, a table, is read.
-fn asked<T>(text: &str, read: impl FnOnce(&mut Reader) -> Result<T, Fault>) -> BTreeSet<String> {
-    let mut t = Reader::new("", from_toml(text, &At::Text).unwrap()).unwrap();
-    assert!(read(&mut t).is_ok(), "{text}");
-    t.asked().iter().map(|info| info.key.name.to_string()).collect()
-}
-
-/// The table under the last header of a [`MINIMAL`] text.
-fn body(heading: &str) -> &'static str {
-    let text = MINIMAL.iter().find(|(h, _)| *h == heading).unwrap().1;
-    let header = text.rfind("\n[").map_or(0, |i| i + 1);
-    text[header..].split_once('\n').unwrap().1
-}
-
-#[test]
-fn sections_have_the_page_s_keys() {
-    let (page, base) = (page(), Path::new(""));
-    let mut scene = SceneDescription::default();
-    let check = |heading: &str, read: &mut dyn FnMut(&mut Reader) -> Result<(), Fault>| {
-        assert_eq!(asked(body(heading), read), keys(&page, heading), "{heading}");
-    };
-    check("[camera]", &mut |t| settings::camera(t, &mut scene.camera));
-    check("[film]", &mut |t| settings::film(t, &mut scene.film));
-    check("[integrator]", &mut |t| settings::integrator(t, &mut scene.integrator));
-    check("[guiding]", &mut |t| settings::guiding(t, &mut scene.guiding));
-    check("[render]", &mut |t| settings::render(t, &mut scene.render));
-    check("[[mesh]]", &mut |t| world::mesh(t, base).map(drop));
-    let grouped = MeshDescription { group: Some("a".into()), ..whole_file(Path::new("a.obj")) };
-    check("[[instance]]", &mut |t| world::instance(t, std::slice::from_ref(&grouped)).map(drop));
-    check("rotate", &mut |t| world::rotation(t).map(drop));
-    check("texture", &mut |t| textures::color_image(t, None, base).map(drop));
-
-    let mut channel: textures::Channel = ScalarTexture::Image;
-    let opacity = asked(body("texture"), |t| textures::scalar_image(t, None, &mut channel, base));
-    let colour = keys(&page, "texture");
-    let own: BTreeSet<_> = opacity.difference(&colour).cloned().collect();
-    assert_eq!(own, keys(&page, "opacity"), "`opacity` has keys of its own");
-}
-
-#[test]
-fn lights_have_the_page_s_keys() {
-    let page = page();
-    for (name, _) in world::LIGHTS {
-        let mut expected = keys(&page, "[[light]]");
-        expected.extend(keys(&page, name));
-        assert_eq!(asked(body(name), |t| world::light(t, Path::new(""))), expected, "{name}");
+/// The page with its tables as the readers have them.
+fn written_anew() -> String {
+    let sections = reference::sections();
+    let (mut page, mut heading, mut in_table) = (String::new(), "", false);
+    for line in PAGE.lines() {
+        if line.starts_with('#') {
+            heading = line.trim_start_matches('#').trim().trim_matches('`');
+        }
+        let known = sections.iter().find(|section| section.heading == heading);
+        let row = line.starts_with("| `");
+        match known {
+            Some(section) if row && !in_table => section.keys.iter().for_each(|info| page += &(info.row() + "\n")),
+            Some(_) if row => {}
+            _ => page += &(line.to_string() + "\n"),
+        }
+        in_table = row;
     }
+    page
+}
+
+/// With `UPDATE_REFERENCE=1` in the environment the page is written.
+#[test]
+fn the_page_s_tables_are_the_readers() {
+    let anew = written_anew();
+    if std::env::var_os("UPDATE_REFERENCE").is_some() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene-file.md");
+        std::fs::write(path, &anew).unwrap();
+        return;
+    }
+    for (is, should) in PAGE.lines().zip(anew.lines()) {
+        assert_eq!(is, should, "UPDATE_REFERENCE=1 make test writes docs/scene-file.md anew");
+    }
+    assert_eq!(PAGE.lines().count(), anew.lines().count());
 }
 
 #[test]
-fn materials_have_the_page_s_keys() {
-    let page = page();
-    let mut common = BTreeSet::new();
-    for (name, kind) in KINDS {
-        let own = asked("", |t| kind.read(t, &mut kind.bsdf(), Path::new("")));
-        assert_eq!(own, keys(&page, name), "{name}");
-        let text = format!("type = '{name}'");
-        let all = asked(&text, |t| materials::material(t, None, Path::new("")));
-        assert_eq!(all.contains("two_sided"), kind.is_opaque());
-        assert_eq!(all.contains("opacity"), *kind != Kind::Null);
-        common.extend(all.difference(&own).cloned());
+fn methods_are_listed_as_the_help_lists_them() {
+    for (name, meaning) in reference::METHODS {
+        let line = format!("- `\"{name}\"`: {meaning}");
+        assert!(PAGE.lines().any(|l| l.starts_with(&line)), "{line}");
     }
-    assert_eq!(common, keys(&page, "[material.NAME]"));
+    let names = GuidingMethod::NAMES.map(|(name, _)| name);
+    assert_eq!(names, reference::METHODS.map(|(name, _)| name));
+}
+
+#[test]
+fn every_key_has_a_meaning() {
+    for Section { heading, keys } in reference::sections() {
+        for info in keys {
+            assert!(!info.key.meaning.is_empty(), "{heading} {}", info.key.name);
+        }
+    }
 }
 
 #[test]
@@ -126,24 +108,14 @@ fn every_table_of_the_page_is_of_the_reader() {
     let read: BTreeSet<&str> = MINIMAL.iter().map(|(heading, _)| *heading).collect();
     let written = page();
     assert_eq!(read, written.keys().map(String::as_str).collect());
-    let root = asked("", |t| {
-        sections(t, Path::new(""), &mut SceneDescription::default())?;
-        t.take("mesh");
-        t.take("instance");
-        t.take("light");
-        Ok(())
-    });
-    let headings = written.keys().filter(|h| h.starts_with('['));
-    let names = headings.map(|h| h.trim_matches(['[', ']']).replace(".NAME", ""));
-    assert_eq!(root, names.collect());
 }
 
 /// What a text says, but for the lines on which it does.
 fn read(text: &str) -> String {
-    let (mut scene, warnings) = parse(text, Path::new("s.toml"), &[]).unwrap_or_else(|e| panic!("{text}: {e}"));
-    scene.meshes.iter_mut().for_each(|mesh| mesh.location = None);
-    scene.instances.iter_mut().for_each(|instance| instance.location = None);
-    format!("{:?}", (scene, warnings))
+    let (mut file, warnings) = parse(text, Path::new("s.toml"), &[]).unwrap_or_else(|e| panic!("{text}: {e}"));
+    file.scene.meshes.iter_mut().for_each(|mesh| mesh.location = None);
+    file.scene.instances.iter_mut().for_each(|instance| instance.location = None);
+    format!("{:?}", (file, warnings))
 }
 
 #[test]
@@ -167,8 +139,8 @@ fn defaults_are_the_page_s() {
 #[test]
 fn the_example_is_right() {
     let text = PAGE.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
-    let (scene, warnings) = parse(text, Path::new("s.toml"), &[]).unwrap();
+    let (SceneFile { scene, guiding, .. }, warnings) = parse(text, Path::new("s.toml"), &[]).unwrap();
     assert!(warnings.is_empty());
     assert_eq!((scene.meshes.len(), scene.materials.len(), scene.lights.len()), (2, 2, 1));
-    assert_eq!(scene.guiding.memory, 512 << 20);
+    assert_eq!(guiding.memory, 512 << 20);
 }

@@ -272,8 +272,7 @@ impl Plan {
     /// # Errors
     /// As [`format::load`]; a wrong setting is named with its place in the comparison's file where it has one.
     pub fn describe(&self, scene: &SceneEntry, method: Option<&Method>) -> Result<(SceneFile, Vec<String>)> {
-        let of_method = method.map_or(&[][..], |m| &m.overrides);
-        self.described(&scene.path, [&scene.overrides, of_method].concat())
+        self.described(&scene.path, &scene.overrides, method.map_or(&[], |m| &m.overrides))
     }
 
     /// The scene of which the reference is made, where that is another.
@@ -281,13 +280,16 @@ impl Plan {
     /// # Errors
     /// As [`Plan::describe`].
     pub fn describe_reference(&self, scene: &SceneEntry) -> Result<Option<(SceneFile, Vec<String>)>> {
-        scene.reference_scene.as_ref().map(|path| self.described(path, vec![])).transpose()
+        scene.reference_scene.as_ref().map(|path| self.described(path, &[], &[])).transpose()
     }
 
-    fn described(&self, path: &Path, overrides: Vec<Override>) -> Result<(SceneFile, Vec<String>)> {
-        let all: Vec<&Override> = self.overrides.iter().chain(&overrides).collect();
+    /// A method's settings are read over those of the plan and the scene, which hold for whatever method knows them.
+    fn described(&self, path: &Path, scene: &[Override], method: &[Override]) -> Result<(SceneFile, Vec<String>)> {
+        let common = self.overrides.iter().chain(scene);
+        let all: Vec<&Override> = common.chain(method).collect();
         let texts: Vec<String> = all.iter().map(|o| o.text()).collect();
-        format::load(path, &texts).map_err(|error| match error {
+        let (common, method) = texts.split_at(texts.len() - method.len());
+        format::load_layers(path, &[common, method]).map_err(|error| match error {
             Error::Override { index, message, .. } => placed(all[index], message),
             other => other,
         })

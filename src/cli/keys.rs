@@ -1,0 +1,44 @@
+//! `phototaxis keys`: what can be written in a scene file.
+
+use crate::format::reference::{METHODS, Section, sections};
+use anyhow::{Result, bail};
+use clap::Args;
+use std::fmt::Write;
+use std::process::ExitCode;
+
+#[derive(Args)]
+pub struct KeysArguments {
+    /// Only sections or keys with this in their name, for example guiding or exposure.
+    word: Option<String>,
+}
+
+pub fn run(arguments: &KeysArguments) -> Result<ExitCode> {
+    let word = arguments.word.as_deref().unwrap_or_default().to_lowercase();
+    let found: String = sections().iter().map(|section| text(section, &word)).collect();
+    if found.is_empty() {
+        bail!("no section and no key of a scene file has `{word}` in its name");
+    }
+    super::print(found.trim_end())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The keys of a section that `word` asks for, each with what may be written and what it means; empty where there are none.
+fn text(section: &Section, word: &str) -> String {
+    let whole = section.heading.contains(word);
+    let mut lines = String::new();
+    for info in section.keys.iter().filter(|info| whole || info.key.name.contains(word)) {
+        let about = [info.kind.as_str(), info.range.as_str(), info.key.unit];
+        let about: Vec<&str> = about.into_iter().filter(|part| !part.is_empty()).collect();
+        let default = match info.default.as_str() {
+            "" => String::new(),
+            "required" => "; required".into(),
+            default => format!("; default {default}"),
+        };
+        _ = writeln!(lines, "  {}: {}{default}\n      {}", info.key.name, about.join(", "), info.meaning());
+        if info.key.name == "method" {
+            METHODS.iter().for_each(|(name, meaning)| _ = writeln!(lines, "      {name}: {meaning}"));
+        }
+    }
+    let heading = if lines.is_empty() { String::new() } else { format!("{}\n", section.heading) };
+    (heading + &lines).replace('`', "")
+}

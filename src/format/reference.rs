@@ -1,0 +1,75 @@
+//! What can be written in a scene file: every key with its values, default, range, unit and meaning, as the readers themselves say
+//! it. The reference page's tables, `phototaxis keys` and the help of options that stand for keys are made of it.
+
+use super::SceneFile;
+pub(crate) use super::sections::guiding::METHODS;
+use super::sections::{camera, guiding, scattering, world};
+use crate::document::{Fault, KeyInfo, Reader};
+use std::path::Path;
+
+/// The keys under one heading of the reference page.
+pub(crate) struct Section {
+    /// "[film]", "[[mesh]]", or the name of a material's or a light's type.
+    pub heading: String,
+    pub keys: Vec<KeyInfo>,
+}
+
+/// All keys, in the order of the page.
+pub(crate) fn sections() -> Vec<Section> {
+    let mut file = SceneFile::default();
+    let base = Path::new("");
+    let mut all = vec![
+        section("[camera]", |t| camera::camera(t, &mut None)),
+        section("[film]", |t| file.scene.film.read(t)),
+        section("[[mesh]]", |t| world::mesh(t, base).map(drop)),
+        section("rotate", |t| world::rotation(t).map(drop)),
+        section("[[instance]]", |t| world::instance(t, &[]).map(drop)),
+    ];
+    all.extend(scattering::KINDS.iter().map(|(name, kind)| section(name, |t| kind.read(t, &mut kind.bsdf(), base))));
+    all.push(section("[integrator]", |t| file.integrator.read(t)));
+    all.push(section("[guiding]", |t| guiding::guiding(t, &mut file.guiding)));
+    all.push(section("[render]", |t| file.render.read(t)));
+    all
+}
+
+/// Whatever `read` asks for; that nothing is there is a fault that does not matter.
+fn section(heading: &str, read: impl FnOnce(&mut Reader) -> Result<(), Fault>) -> Section {
+    let mut probe = Reader::probe();
+    _ = read(&mut probe);
+    Section { heading: heading.to_string(), keys: probe.asked().to_vec() }
+}
+
+impl KeyInfo {
+    /// The key's row in the reference page.
+    pub fn row(&self) -> String {
+        let default = match self.default.as_str() {
+            "" | "none" | "required" => self.default.clone(),
+            value => format!("`{value}`"),
+        };
+        let cells =
+            [&format!("`{}`", self.key.name), &self.kind, &default, &self.range, self.key.unit, &self.meaning()];
+        let line: Vec<String> =
+            cells.iter().map(|cell| if cell.is_empty() { " ".into() } else { format!(" {cell} ") }).collect();
+        format!("|{}|", line.join("|"))
+    }
+
+    /// What the key means, and with what.
+    pub fn meaning(&self) -> String {
+        match self.key.with {
+            "" => self.key.meaning.to_string(),
+            with => format!("{} (with {with})", self.key.meaning),
+        }
+    }
+}
+
+/// The help of an option that stands for the key `section.key` ("render.spp").
+///
+/// # Panics
+/// Where no reader asks for such a key.
+pub(crate) fn help(path: &str) -> String {
+    let (name, key) = path.split_once('.').expect("section.key");
+    let of = sections().into_iter().find(|section| section.heading.trim_matches(['[', ']']) == name);
+    let info = of.and_then(|section| section.keys.into_iter().find(|info| info.key.name == key));
+    let info = info.unwrap_or_else(|| panic!("no key {path}"));
+    format!("{} [default: the scene file's {path}, else {}]", info.meaning().replace('`', ""), info.default)
+}
