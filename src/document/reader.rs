@@ -41,8 +41,8 @@ pub(crate) struct Reader {
     at: At,
     entries: Entries,
     asked: Vec<KeyInfo>,
-    /// Nothing is refused for what is missing.
-    probing: bool,
+    /// The first required key that was asked for in vain.
+    lacking: Option<&'static str>,
     given: Vec<(&'static str, At)>,
 }
 
@@ -52,7 +52,7 @@ impl Reader {
         let label = label.into();
         match node.value {
             Value::Table(entries) => {
-                Ok(Reader { label, at: node.at, entries, asked: vec![], probing: false, given: vec![] })
+                Ok(Reader { label, at: node.at, entries, asked: vec![], lacking: None, given: vec![] })
             }
             other => Err(Fault::new(node.at, format!("{label} must be a table, found {}", other.kind()))),
         }
@@ -61,7 +61,7 @@ impl Reader {
     /// A table without keys, to learn which ones are asked for.
     pub fn probe() -> Reader {
         let (asked, given) = (vec![], vec![]);
-        Reader { label: String::new(), at: At::Text(0), entries: Entries::new(), asked, probing: true, given }
+        Reader { label: String::new(), at: At::Text(0), entries: Entries::new(), asked, lacking: None, given }
     }
 
     /// The value of a key that is described elsewhere; it is known from here on.
@@ -88,8 +88,10 @@ impl Reader {
         let default = key.default.map_or_else(|| default.into(), str::to_string);
         self.asked.push(KeyInfo { key, kind: kind.into(), default, range: range.into() });
         let Some(node) = self.given(key.name) else {
-            let missing = key.required && key.unless.is_none() && !self.probing;
-            return if missing { Err(self.missing(key.name)) } else { Ok(None) };
+            if key.required && key.unless.is_none() {
+                self.lacking.get_or_insert(key.name);
+            }
+            return Ok(None);
         };
         match key.unless {
             Some(with) => Err(Fault::new(node.at, format!("`{}` in {} needs {with}", key.name, self.label))),
@@ -139,8 +141,14 @@ impl Reader {
         self.entries
     }
 
-    /// Refuses keys that nothing has asked for.
+    /// Refuses the table if a required key was asked for in vain. What is wrong with the keys that are there comes first.
+    pub fn complete(&self) -> Result<(), Fault> {
+        self.lacking.map_or(Ok(()), |key| Err(self.missing(key)))
+    }
+
+    /// Refuses the table if a required key is missing, and keys that nothing has asked for.
     pub fn finish(self) -> Result<(), Fault> {
+        self.complete()?;
         match self.left_over().first() {
             None => Ok(()),
             Some((key, entry)) => {

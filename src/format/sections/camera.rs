@@ -19,6 +19,7 @@ pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescri
     let vfov = key("vfov", "field of view from the lower to the upper edge").unit("degrees");
     t.number(vfov, VFOV, &mut c.vfov)?;
     t.flag(key("mirrored", "flips the picture left to right"), &mut c.mirrored)?;
+    t.complete()?;
     check_camera(t, &c)?;
     *camera = Some(c);
     Ok(())

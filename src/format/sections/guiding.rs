@@ -132,8 +132,8 @@ fn learning(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
     t.number(visits.only(blend, "`rule = \"blend\"`"), NOT_NEGATIVE, &mut s.blend_visits)?;
     rate(t, s, tabular)?;
     let updates = [("frozen", Updates::Frozen), ("online", Updates::Online)];
-    let when = "when what is learnt is used: in the next iteration, or from the next few blocks on";
-    t.choice(key("updates", when).only(tabular, TABULAR), &updates, &mut s.updates)
+    let when = "when what is learnt is used: in the next iteration, or from the next few blocks on; only the former with `\"auto\"` and `\"sdtree\"`";
+    t.choice(key("updates", when).only(s.method != GuidingMethod::None, GUIDED), &updates, &mut s.updates)
 }
 
 /// `rate`, and the number that it has.

@@ -33,6 +33,17 @@ const MINIMAL: &[(&str, &str)] = &[
     ("[render]", "[render]\n"),
 ];
 
+/// What keys of `[guiding]` are refused without.
+const WITH: &[(&[&str], &str)] = &[
+    (&["normals"], "method = 'grid'\n"),
+    (&["sites", "placement"], "method = 'voronoi'\n"),
+    (&["strata", "smoothing"], "table = 'hemisphere'\n"),
+    (&["blend_visits"], "rule = 'blend'\n"),
+    (&["alpha"], "rate = 'constant'\n"),
+    (&["bsdf_fraction"], "learned_fraction = false\n"),
+    (&["leaf_samples", "rho", "directional_filter"], "method = 'sdtree'\n"),
+];
+
 /// Of every heading with a table: its keys and what stands in the column "default".
 fn page() -> BTreeMap<String, BTreeMap<String, String>> {
     let mut sections: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
@@ -127,13 +138,34 @@ fn defaults_are_the_page_s() {
             if default == "required" || default == "none" {
                 continue;
             }
+            let with = WITH.iter().find(|(keys, _)| *heading == "[guiding]" && keys.contains(&key.as_str()));
+            let minimal = format!("{minimal}{}", with.map_or("", |(_, text)| text));
             let said = format!("{minimal}{key} = {}\n", default.trim_matches('`'));
-            assert_eq!(read(&said), read(minimal), "{heading} {key}");
+            assert_eq!(read(&said), read(&minimal), "{heading} {key}");
             tried += 1;
         }
     }
     assert!(tried > 40, "{tried}");
     assert_ne!(read("[film]\nwidth = 1281"), read("[film]\n"), "a wrong default would be seen");
+}
+
+#[test]
+fn keys_of_another_method_are_refused_in_the_document_that_gives_them() {
+    for (keys, with) in WITH {
+        for key in *keys {
+            let info = reference::sections().into_iter().find(|s| s.heading == "[guiding]").unwrap().keys;
+            let default = info.iter().find(|info| info.key.name == *key).unwrap().default.clone();
+            let alone = format!("[guiding]\n{key} = {default}\n");
+            let fault = parse(&alone, Path::new("s.toml"), &[]).unwrap_err().to_string();
+            assert!(fault.starts_with(&format!("s.toml:2:{}: `{key}` in [guiding] needs ", key.len() + 4)), "{fault}");
+            // the file was right for its own method, and what is laid over it is of another
+            let text = format!("[guiding]\n{with}{key} = {default}\n");
+            let other = ["guiding.method=none".to_string()];
+            assert!(parse(&text, Path::new("s.toml"), &other).is_ok(), "{text}");
+            let both = ["guiding.method=none".to_string(), format!("guiding.{key}={default}")];
+            assert!(parse("", Path::new("s.toml"), &both).is_err(), "{key}");
+        }
+    }
 }
 
 #[test]
