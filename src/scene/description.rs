@@ -1,5 +1,6 @@
 //! A scene as written, before anything is loaded: every reader ends here, [`super::Scene`] begins here.
 
+use super::model::MeshSource;
 use crate::Error;
 use crate::bsdf::BsdfDescription;
 use crate::film::FilmSettings;
@@ -51,12 +52,12 @@ impl SourceLocation {
     }
 }
 
-/// A file of triangles and where it stands.
+/// A model and where it stands.
 #[derive(Clone, Debug)]
 pub struct MeshDescription {
-    pub path: PathBuf,
+    pub source: MeshSource,
     pub transform: Affine3A,
-    /// Replaces every material of the file.
+    /// Replaces every material of the model.
     pub material: Option<String>,
     /// The mesh is part of this group and seen only where an instance of the group stands; `transform` then places it
     /// within the group.

@@ -36,7 +36,7 @@ fn small(from: &str, to: &str) -> Result<(SceneDescription, Vec<String>)> {
 #[test]
 fn camera_and_lights_are_read() {
     let (scene, warnings) = small("", "").unwrap();
-    assert_eq!(scene.meshes[0].path, Path::new("dir/scene.obj"));
+    assert_eq!(scene.meshes[0].source.path(), Some(Path::new("dir/scene.obj")));
     let camera = scene.camera.unwrap();
     assert_eq!((camera.target, camera.vfov), (Vec3::new(0.0, 1.0, 4.0), 30.0));
     assert!(camera.mirrored);
@@ -104,7 +104,7 @@ fn scenes() -> Option<PathBuf> {
 }
 
 fn assert_files_exist(scene: &SceneDescription) {
-    let mesh = &scene.meshes[0].path;
+    let mesh = scene.meshes[0].source.path().unwrap();
     assert!(mesh.is_file(), "{}", mesh.display());
     for material in scene.materials.values() {
         if let BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } = &material.bsdf {

@@ -6,6 +6,7 @@ use crate::document::{At, Bounds, COORDINATE, FINITE, Fault, NOT_NEGATIVE, Node,
 use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::scene::description::{InstanceDescription, MeshDescription};
+use crate::scene::model::MeshSource;
 use glam::{Affine3A, DMat3, DVec3, Mat3A, Quat, Vec3, Vec3A};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -17,7 +18,8 @@ pub(in crate::format) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescrip
     let transform = transform(t)?;
     let material = t.take("material").map(|n| n.string("material").map(String::from)).transpose()?;
     let group = t.take("group").map(|n| n.string("group").map(String::from)).transpose()?;
-    Ok(MeshDescription { path: path.ok_or_else(|| t.missing("path"))?, transform, material, group, location: None })
+    let source = MeshSource::File(path.ok_or_else(|| t.missing("path"))?);
+    Ok(MeshDescription { source, transform, material, group, location: None })
 }
 
 /// `meshes`: all of the scene, whose groups are the ones there are.

@@ -71,12 +71,12 @@ fn the_whole_file_is_read() {
     assert_eq!((camera.origin, camera.up, camera.vfov), (Vec3::new(0.0, 1.0, 5.0), Vec3::Y, 40.0));
     assert!(camera.mirrored);
     assert_eq!((scene.film.width, scene.film.height, scene.film.filter), (320, 720, Filter::Tent));
-    assert_eq!(scene.meshes[0].path, Path::new("dir/a.obj"));
+    assert_eq!(scene.meshes[0].source.path(), Some(Path::new("dir/a.obj")));
     assert_eq!(scene.meshes[0].material.as_deref(), Some("Floor"));
     // (1, 0, 0) · 2, a quarter turn about z, then one to the right.
     let moved = scene.meshes[0].transform.transform_point3(Vec3::X);
     assert!(moved.abs_diff_eq(Vec3::new(1.0, 2.0, 0.0), 1e-6), "{moved}");
-    assert_eq!(scene.meshes[1].path, Path::new("/b.obj"));
+    assert_eq!(scene.meshes[1].source.path(), Some(Path::new("/b.obj")));
     assert_eq!(scene.meshes[1].transform.transform_point3(Vec3::Y), Vec3::new(2.0, 0.0, 0.0));
     let LightDescription::Environment { path, to_world, .. } = &scene.lights[0] else { panic!() };
     assert_eq!(path, Path::new("dir/sky.exr"));
@@ -165,7 +165,7 @@ fn overrides_that_are_wrong_name_themselves() {
 #[test]
 fn an_obj_alone_is_a_scene() {
     let (file, _) = load(Path::new("dir/a.OBJ"), &["render.spp=7".to_string()]).unwrap();
-    assert_eq!(file.scene.meshes[0].path, Path::new("dir/a.OBJ"));
+    assert_eq!(file.scene.meshes[0].source.path(), Some(Path::new("dir/a.OBJ")));
     assert_eq!((file.scene.camera, file.render.spp), (None, 7));
     let error = load(Path::new("a.blend"), &[]).unwrap_err().to_string();
     assert_eq!(error, "a.blend: not a scene: its name must end in .toml, .json or .obj");
