@@ -2,6 +2,7 @@
 
 use super::dielectric::relative_index;
 use super::microfacet::Microfacet;
+use super::model::Prepared;
 use super::rough_conductor::reflection_pdf;
 use super::{BLACK, BsdfSample, Scatter, choice, fresnel, mirrored};
 use crate::math::Rgb;
@@ -15,6 +16,15 @@ pub struct RoughDielectric {
     pub reflectance: Rgb,
     pub transmittance: Rgb,
     pub microfacet: Microfacet,
+}
+
+impl Prepared for RoughDielectric {
+    type At<'s> = RoughDielectric;
+
+    #[inline(always)]
+    fn at(&self, _: [Rgb; 2]) -> RoughDielectric {
+        *self
+    }
 }
 
 impl RoughDielectric {

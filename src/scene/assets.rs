@@ -3,8 +3,8 @@
 use super::description::{MaterialDescription, MeshDescription, SceneDescription};
 use super::hash;
 use crate::Result;
-use crate::bsdf::BsdfDescription;
 use crate::embree::LARGEST_COORDINATE;
+use crate::fields::each_texture;
 use crate::geometry::{Indices, Mesh, Placement};
 use crate::texture::{ColorTexture, ScalarTexture};
 use glam::{Affine3A, Vec3};
@@ -99,14 +99,13 @@ fn without_missing_pictures(
         }
         gone
     };
-    if let BsdfDescription::Diffuse { reflectance: color }
-    | BsdfDescription::Plastic { reflectance: color, .. }
-    | BsdfDescription::Conductor { specular_reflectance: color, .. } = &mut material.bsdf
-        && let ColorTexture::Image(image) = color
-        && missing(&image.path)
-    {
-        *color = ColorTexture::Constant(image.tint * 0.5);
-    }
+    each_texture(&mut material.bsdf, |color| {
+        if let ColorTexture::Image(image) = color
+            && missing(&image.path)
+        {
+            *color = ColorTexture::Constant(image.tint * 0.5);
+        }
+    });
     if let Some(ScalarTexture::Image(image)) = &material.opacity
         && missing(&image.path)
     {

@@ -2,11 +2,11 @@
 
 use super::model::MeshSource;
 use crate::Error;
-use crate::bsdf::BsdfDescription;
+use crate::bsdf::{BsdfDescription, DiffuseParameters};
 use crate::film::FilmSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::texture::{ColorTexture, ScalarTexture};
+use crate::texture::ScalarTexture;
 use glam::{Affine3A, Vec3};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -94,7 +94,7 @@ pub struct MaterialDescription {
 impl Default for MaterialDescription {
     fn default() -> MaterialDescription {
         MaterialDescription {
-            bsdf: BsdfDescription::Diffuse { reflectance: ColorTexture::Constant(Rgb::splat(0.5)) },
+            bsdf: DiffuseParameters::default().into(),
             two_sided: true,
             opacity: None,
             emission: Rgb::ZERO,

@@ -13,12 +13,12 @@ use crate::geometry::Mesh;
 use crate::geometry::mesh::{Attribute, Indices};
 use crate::io::canon::Canon;
 use crate::light::LightDescription;
-mod surface;
+mod fields;
 
 use bytemuck::NoUninit;
+use fields::CanonicalFields;
 use glam::Affine3A;
 use std::path::Path;
-use surface::Surface;
 
 /// Begins all that is hashed. Its version changes with what is hashed and how.
 const SCENE: &[u8] = b"phototaxis scene 1\0";
@@ -81,7 +81,7 @@ pub(super) fn content(description: &SceneDescription, content: Content) -> Resul
         canon.transform(instance.transform);
     }
     canon.u64(materials.len() as u64);
-    materials.iter().try_for_each(|m| Surface { canon: &mut canon, picture }.material(m))?;
+    materials.iter().try_for_each(|m| CanonicalFields { canon: &mut canon, picture }.material(m))?;
     canon.u64(description.lights.len() as u64);
     let mut environments = environments.iter();
     description.lights.iter().for_each(|l| light(&mut canon, l, &mut environments));

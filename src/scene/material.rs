@@ -47,8 +47,8 @@ impl Material {
         for (k, texture) in color_textures(&description.bsdf).into_iter().enumerate() {
             match texture {
                 None => {}
-                Some(ColorTexture::Constant(color)) => colors[k] = *color,
-                Some(ColorTexture::Image(image)) => maps[k] = Some(cache.resolve(image)?),
+                Some(ColorTexture::Constant(color)) => colors[k] = color,
+                Some(ColorTexture::Image(image)) => maps[k] = Some(cache.resolve(&image)?),
             }
         }
         let opacity = match &description.opacity {

@@ -16,6 +16,7 @@ const LAYERS: &[&str] = &[
     "embree",
     "image",
     "texture",
+    "fields",
     "film",
     "bsdf",
     "light",

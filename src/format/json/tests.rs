@@ -1,5 +1,5 @@
 use super::*;
-use crate::bsdf::BsdfDescription;
+use crate::bsdf::{BsdfDescription, ConductorParameters, DiffuseParameters, PlasticParameters};
 use crate::film::Filter;
 use crate::format::load;
 use crate::light::LightDescription;
@@ -56,14 +56,18 @@ fn camera_and_lights_are_read() {
 fn materials_are_read_as_mitsuba_means_them() {
     let (scene, _) = small("", "").unwrap();
     let wall = &scene.materials["Wall"];
-    let BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } = &wall.bsdf else { panic!() };
+    let BsdfDescription::Diffuse(DiffuseParameters { reflectance: ColorTexture::Image(image) }) = &wall.bsdf else {
+        panic!()
+    };
     assert_eq!((image.path.as_path(), image.nearest), (Path::new("dir/t/a.png"), true));
     assert!(wall.two_sided);
     let lamp = &scene.materials["Lamp"];
     assert_eq!((lamp.emission, lamp.emission_two_sided), (Rgb::new(1.0, 2.0, 3.0), false));
-    let BsdfDescription::Conductor { eta_k, .. } = scene.materials["Steel"].bsdf else { panic!() };
+    let BsdfDescription::Conductor(ConductorParameters { eta_k, .. }) = scene.materials["Steel"].bsdf else { panic!() };
     assert_eq!(eta_k, None);
-    let BsdfDescription::Plastic { alpha, nonlinear, .. } = scene.materials["Shiny"].bsdf else { panic!() };
+    let BsdfDescription::Plastic(PlasticParameters { alpha, nonlinear, .. }) = scene.materials["Shiny"].bsdf else {
+        panic!()
+    };
     assert!((alpha - 0.2).abs() < 1e-6 && !nonlinear, "{alpha}");
 }
 
@@ -107,7 +111,8 @@ fn assert_files_exist(scene: &SceneDescription) {
     let mesh = scene.meshes[0].source.path().unwrap();
     assert!(mesh.is_file(), "{}", mesh.display());
     for material in scene.materials.values() {
-        if let BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } = &material.bsdf {
+        if let BsdfDescription::Diffuse(DiffuseParameters { reflectance: ColorTexture::Image(image) }) = &material.bsdf
+        {
             assert!(image.path.is_file(), "{}", image.path.display());
         }
     }

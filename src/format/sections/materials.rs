@@ -34,7 +34,7 @@ pub(in crate::format) fn material(
     base: &Path,
 ) -> Result<Option<(Kind, MaterialDescription)>, Fault> {
     let chosen = t.chosen("type", KINDS)?;
-    let Some(kind) = chosen.or(current.map(|m| Kind::of(&m.bsdf))) else { return Ok(None) };
+    let Some(kind) = chosen.or(current.map(|m| m.bsdf.bsdf_type())) else { return Ok(None) };
     let mut m = current.cloned().unwrap_or_default();
     if chosen.is_some() {
         m.bsdf = kind.bsdf();
@@ -43,7 +43,7 @@ pub(in crate::format) fn material(
     if kind.is_opaque() {
         t.flag("two_sided", &mut m.two_sided)?;
     }
-    if kind != Kind::Null {
+    if kind.is_surface() {
         scalar(t, "opacity", base, &mut m.opacity)?;
     }
     t.color("emission", NOT_NEGATIVE, &mut m.emission)?;

@@ -84,13 +84,13 @@ pub(in crate::format) fn rotation(t: &mut Reader) -> Result<Quat, Fault> {
 }
 
 /// The unit vector along `v`, which was read from `key`.
-fn unit(t: &Reader, key: &str, v: Vec3) -> Result<Vec3, Fault> {
+pub(super) fn unit(t: &Reader, key: &str, v: Vec3) -> Result<Vec3, Fault> {
     let zero = || Fault::new(t.place(&[key]), format!("`{key}` must not be zero"));
     v.as_dvec3().try_normalize().map(|v| v.as_vec3()).ok_or_else(zero)
 }
 
 /// 16 numbers row by row, flat or as four rows; the last row is 0 0 0 1 and may be left out.
-fn affine(node: &Node, key: &str) -> Result<Affine3A, Fault> {
+pub(super) fn affine(node: &Node, key: &str) -> Result<Affine3A, Fault> {
     let mut m = [0.0; 16];
     m[15] = 1.0;
     match &node.value {

@@ -1,6 +1,6 @@
 //! What is refused, where, and in which words.
 
-use super::tests::parsed;
+use super::parsed;
 
 #[track_caller]
 fn assert_faults(cases: &[(&str, &str)]) {

@@ -1,5 +1,7 @@
+mod faults;
+
 use super::*;
-use crate::bsdf::BsdfDescription;
+use crate::bsdf::{BsdfDescription, ConductorParameters, PlasticParameters};
 use crate::film::{FilmSettings, Filter};
 use crate::guiding::settings::GuidingSettings;
 use crate::integrator::{IntegratorSettings, Roulette};
@@ -93,12 +95,12 @@ fn the_whole_file_s_materials_are_read() {
     let scene = parsed(WHOLE, &[]).unwrap().scene;
     let floor = &scene.materials["Floor"];
     assert_eq!(floor.opacity, Some(ScalarTexture::Constant(0.5)));
-    let BsdfDescription::Plastic { reflectance, alpha, .. } = &floor.bsdf else { panic!() };
+    let BsdfDescription::Plastic(PlasticParameters { reflectance, alpha, .. }) = &floor.bsdf else { panic!() };
     let path = Path::new("dir/tex/wood.png").to_path_buf();
     let (scale, offset, nearest, tint) = ([3.0; 2], [0.0; 2], true, Rgb::ONE);
     let image = ImageTexture { path, scale, offset, nearest, tint };
     assert_eq!((reflectance, *alpha), (&ColorTexture::Image(image), 0.3));
-    let BsdfDescription::Conductor { eta_k, .. } = scene.materials["Gold"].bsdf else { panic!() };
+    let BsdfDescription::Conductor(ConductorParameters { eta_k, .. }) = scene.materials["Gold"].bsdf else { panic!() };
     assert_eq!(eta_k, Some((Rgb::new(0.2, 0.9, 1.1), Rgb::new(3.9, 2.4, 2.1))));
     let lamp = &scene.materials["Lamp"];
     assert_eq!((lamp.two_sided, lamp.emission), (false, Rgb::new(10.0, 5.0, 1.0)));
@@ -125,11 +127,11 @@ fn overrides_change_what_they_name() {
     assert_eq!(changed.integrator, IntegratorSettings { roulette: Roulette::None, ..before.integrator });
     assert_eq!(changed.guiding, GuidingSettings { memory: 64 << 20, ..before.guiding });
     let floor = scene.materials["Floor"].clone();
-    let BsdfDescription::Plastic { reflectance, alpha, .. } = floor.bsdf else { panic!() };
+    let BsdfDescription::Plastic(PlasticParameters { reflectance, alpha, .. }) = floor.bsdf else { panic!() };
     let ColorTexture::Image(image) = reflectance else { panic!() };
     assert_eq!((alpha, image.scale, image.nearest), (0.2, [5.0, 6.0], true));
     assert_eq!(floor.opacity, Some(ScalarTexture::Constant(0.5)));
-    let BsdfDescription::Conductor { eta_k, .. } = scene.materials["Gold"].bsdf else { panic!() };
+    let BsdfDescription::Conductor(ConductorParameters { eta_k, .. }) = scene.materials["Gold"].bsdf else { panic!() };
     assert_eq!(eta_k, None);
     assert_eq!(scene.materials["Lamp"], before.scene.materials["Lamp"]);
     assert_eq!(scene.materials["a=b c"], MaterialDescription::default());
