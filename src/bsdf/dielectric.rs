@@ -97,7 +97,7 @@ impl Prepared for ThinDielectric {
 
 /// A smooth interface; `eta` is the index below the surface over that above.
 #[derive(Clone, Copy, Debug)]
-pub struct Dielectric {
+pub(crate) struct Dielectric {
     pub eta: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,
@@ -145,7 +145,7 @@ impl Scatter for Dielectric {
 /// A pane whose two faces are one surface: light passes without bending. Reflections between the faces are
 /// summed: R = F + (1 − F)²F/(1 − F²) = 2F/(1 + F).
 #[derive(Clone, Copy, Debug)]
-pub struct ThinDielectric {
+pub(crate) struct ThinDielectric {
     pub eta: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,

@@ -53,7 +53,7 @@ impl Prepared for DiffuseModel {
 
 /// f = reflectance/π above the horizon.
 #[derive(Clone, Copy, Debug)]
-pub struct Diffuse {
+pub(crate) struct Diffuse {
     pub reflectance: Rgb,
 }
 
@@ -89,7 +89,7 @@ impl Scatter for Diffuse {
 
 /// Lambertian surfaces of a packet, side by side: what [`Bsdf`] gives one by one, to the last bit. Lanes with a surface of
 /// another kind are black, those without one hold any numbers.
-pub struct DiffuseLanes {
+pub(crate) struct DiffuseLanes {
     reflectance: Vec3Lanes,
     turns: Mask,
     is: Mask,

@@ -64,7 +64,7 @@ impl Prepared for DiffuseTransmitterModel {
 
 /// f = reflectance/π on the side of wo, transmittance/π on the other.
 #[derive(Clone, Copy, Debug)]
-pub struct DiffuseTransmitter {
+pub(crate) struct DiffuseTransmitter {
     pub reflectance: Rgb,
     pub transmittance: Rgb,
 }

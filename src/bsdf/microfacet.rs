@@ -24,7 +24,7 @@ impl Choice for MicrofacetDistribution {
 
 /// The microscopic normals of a rough surface. All normals `m` are unit, local, with m.z > 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Microfacet {
+pub(crate) struct Microfacet {
     alpha: f32,
     kind: MicrofacetDistribution,
 }

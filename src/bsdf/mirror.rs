@@ -52,7 +52,7 @@ impl Prepared for MirrorModel {
 
 /// A perfect mirror of Fresnel reflectance times `reflectance`.
 #[derive(Clone, Copy, Debug)]
-pub struct Mirror {
+pub(crate) struct Mirror {
     pub metal: Metal,
     pub reflectance: Rgb,
 }

@@ -7,8 +7,8 @@
 //! (ηo/ηi)², Veach 1997, §5.2). Delta lobes (perfect mirrors and glass) have no value and no density: only
 //! `sample` meets them.
 
-pub mod fresnel;
-pub mod microfacet;
+mod fresnel;
+mod microfacet;
 
 #[macro_use]
 mod list;
@@ -31,8 +31,8 @@ mod rough_dielectric;
 mod rough_plastic;
 
 pub use coat::CoatTables;
-pub use diffuse::DiffuseLanes;
-pub use lanes::BsdfLanes;
+pub(crate) use diffuse::DiffuseLanes;
+pub(crate) use lanes::BsdfLanes;
 pub use microfacet::MicrofacetDistribution;
 pub use model::BsdfModel;
 pub(crate) use model::color_textures;
@@ -72,7 +72,7 @@ pub struct BsdfSample {
     pub pdf: f32,
     /// Whether the lobe is a delta distribution.
     pub delta: bool,
-    /// η of the side of `wi` over η of the side of `wo`; 1 for reflection. Roulette undoes the scaling of radiance with it.
+    /// η of the side of `wi` over η of the side of `wo`; 1 for reflection. Energy is radiance times its square.
     pub eta: f32,
 }
 
@@ -117,7 +117,7 @@ pub(crate) trait Scatter {
 }
 
 /// The roughness of diffuse lobes, rougher than any microfacet distribution.
-pub const DIFFUSE: f32 = f32::INFINITY;
+pub(crate) const DIFFUSE: f32 = f32::INFINITY;
 
 /// `w` on the other side of the surface.
 #[inline]

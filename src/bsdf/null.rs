@@ -38,7 +38,7 @@ impl Prepared for Null {
 
 /// Lets everything pass straight through.
 #[derive(Clone, Copy, Debug)]
-pub struct Null;
+pub(crate) struct Null;
 
 impl Scatter for Null {
     const SMOOTH: bool = false;

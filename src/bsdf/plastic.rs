@@ -93,7 +93,7 @@ impl Prepared for PlasticModel {
 
 /// The coat, computed once per material.
 #[derive(Clone, Copy, Debug)]
-pub struct SmoothCoat {
+pub(crate) struct SmoothCoat {
     /// Index of the coat over that of the air.
     pub eta: f32,
     /// 2∫(1 − F)µ dµ: share of diffuse light that enters.
@@ -123,7 +123,7 @@ pub(super) fn base_under_coat(reflectance: Rgb, internal: f32, eta: f32, nonline
 
 /// A delta reflection F and a base T(cosθo)·T(cosθi)·base/π with T = 1 − F.
 #[derive(Clone, Copy, Debug)]
-pub struct Plastic {
+pub(crate) struct Plastic {
     /// As [`base_under_coat`] gives it.
     pub base: Rgb,
     /// Times the coat's reflection.

@@ -85,7 +85,7 @@ impl BsdfParameters for PrincipledParameters {
 
 /// The parameters and what follows from them, computed once per material.
 #[derive(Clone, Copy, Debug)]
-pub struct PrincipledLobes {
+pub(crate) struct PrincipledLobes {
     set: Shares,
     /// From the reflectance at normal incidence, 0.08·specular.
     eta: f32,
@@ -126,7 +126,7 @@ impl Prepared for PrincipledLobes {
 
 /// Base, specular and clear-coat lobes over a base colour.
 #[derive(Clone, Copy, Debug)]
-pub struct Principled<'s> {
+pub(crate) struct Principled<'s> {
     pub base_color: Rgb,
     pub lobes: &'s PrincipledLobes,
 }

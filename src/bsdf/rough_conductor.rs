@@ -25,7 +25,7 @@ impl Prepared for RoughConductorModel {
 
 /// f = F·D·G/(4 cosθo cosθi) times `reflectance`; light that facets send to each other is lost.
 #[derive(Clone, Copy, Debug)]
-pub struct RoughConductor {
+pub(crate) struct RoughConductor {
     pub metal: Metal,
     pub reflectance: Rgb,
     pub microfacet: Microfacet,

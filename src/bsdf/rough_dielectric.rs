@@ -11,7 +11,7 @@ use glam::Vec3;
 /// A rough interface; `eta` is the index below the surface over that above, not 1 (where the half-vector of
 /// refraction is undefined). Light that facets send to each other is lost.
 #[derive(Clone, Copy, Debug)]
-pub struct RoughDielectric {
+pub(crate) struct RoughDielectric {
     pub eta: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,

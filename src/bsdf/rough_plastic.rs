@@ -34,7 +34,7 @@ impl Prepared for RoughPlasticModel {
 
 /// A microfacet reflection and a base T(cosθo)·T(cosθi)·base/π, T what enters a rough coat at all.
 #[derive(Clone, Copy, Debug)]
-pub struct RoughPlastic<'s> {
+pub(crate) struct RoughPlastic<'s> {
     /// As `base_under_coat` gives it.
     pub base: Rgb,
     /// Times the coat's reflection.
