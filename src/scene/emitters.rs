@@ -4,7 +4,7 @@ use super::instances::Instances;
 use super::material::{Material, emitter_opacity};
 use crate::geometry::{Mesh, Placement};
 use crate::io::memory;
-use crate::light::{EmissiveTriangle, Light, LightUnit, Lights};
+use crate::light::{ConstantLight, EmissiveTriangle, Light, LightUnit, Lights};
 use crate::math::Rgb;
 use crate::texture::Texture;
 use crate::{Error, Result};
@@ -32,7 +32,7 @@ pub(super) fn lights(
     let mut emissive = collected(own.chain(placed))?;
     if emissive.is_empty() && others.is_empty() {
         warnings.push("nothing emits light in this scene: a constant sky of radiance 1 is added".into());
-        others.push(Light::Constant { radiance: Rgb::ONE });
+        others.push(ConstantLight { radiance: Rgb::ONE }.into());
     }
     let radius = 0.5 * (bounds.1 - bounds.0).length();
     let unit = LightUnit::of(&emissive, &others, radius);

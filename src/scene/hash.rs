@@ -8,11 +8,11 @@
 
 use super::description::{CameraDescription, MaterialDescription, SceneDescription};
 use crate::Result;
+use crate::fields::Fields;
 use crate::film::{FilmSettings, Filter};
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{Attribute, Indices};
 use crate::io::canon::Canon;
-use crate::light::LightDescription;
 mod fields;
 
 use bytemuck::NoUninit;
@@ -84,7 +84,11 @@ pub(super) fn content(description: &SceneDescription, content: Content) -> Resul
     materials.iter().try_for_each(|m| CanonicalFields { canon: &mut canon, picture }.material(m))?;
     canon.u64(description.lights.len() as u64);
     let mut environments = environments.iter();
-    description.lights.iter().for_each(|l| light(&mut canon, l, &mut environments));
+    for light in &description.lights {
+        canon.u32(light.number());
+        let picture = &mut |_: &Path| Ok(*environments.next().expect("each picture of a light has been loaded"));
+        light.clone().fields(&mut CanonicalFields { canon: &mut canon, picture })?;
+    }
     Ok(canon.finish())
 }
 
@@ -119,27 +123,5 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
     canon.finish()
 }
 
-fn light<'a>(canon: &mut Canon, light: &LightDescription, environments: &mut impl Iterator<Item = &'a u64>) {
-    match light {
-        LightDescription::Environment { path: _, scale, to_world } => {
-            canon.u32(1);
-            canon.u64(*environments.next().expect("each picture of the surroundings has been loaded"));
-            canon.vector(*scale);
-            canon.transform(*to_world);
-        }
-        LightDescription::Constant { radiance } => {
-            canon.u32(2);
-            canon.vector(*radiance);
-        }
-        LightDescription::Point { position, intensity } => {
-            canon.u32(3);
-            canon.vector(*position);
-            canon.vector(*intensity);
-        }
-        LightDescription::Directional { direction, irradiance } => {
-            canon.u32(4);
-            canon.vector(*direction);
-            canon.vector(*irradiance);
-        }
-    }
-}
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,6 @@ use super::assets::LoadedAssets;
 use super::build::Build;
 use super::description::{MaterialDescription, SceneDescription};
 use super::emitters::{Surfaces, lights};
-use super::far_lights::FarLights;
 use super::hash;
 use super::material::Material;
 use super::{Camera, Scene};
@@ -13,6 +12,7 @@ use crate::embree::Device;
 use crate::film::FilmSettings;
 use crate::film::accumulate::BYTES_PER_PIXEL;
 use crate::io::memory;
+use crate::light::Findings;
 use crate::texture::{Texture, TextureCache};
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -45,8 +45,10 @@ impl Scene {
         let resolved =
             materials.iter().map(|m| Material::new(m, &mut cache, &mut coats)).collect::<Result<Vec<_>>>()?;
         let resolved = Arc::new(resolved);
-        let far = FarLights::of(description, &mut warnings)?;
-        let content_hash = content_hash(description, &hashes, &materials, &mut cache, &far)?;
+        let mut found = Findings::default();
+        let far = description.lights.iter().map(|light| light.load(&mut found)).collect::<Result<Vec<_>>>()?;
+        warnings.append(&mut found.warnings);
+        let content_hash = content_hash(description, &hashes, &materials, &mut cache, &found.pictures)?;
         let textures = Arc::new(cache.into_textures());
         let start = Instant::now();
         let build = Build { device, robust, materials: &resolved, textures: &textures };
@@ -55,7 +57,7 @@ impl Scene {
 
         let bounds = geometry.bounds().ok_or_else(|| Error::Scene("the scene has no extent".into()))?;
         let surfaces = Surfaces { meshes: &meshes, instances: &instances, materials: &resolved, textures: &textures };
-        let (lights, light_unit) = lights(far.lights, &surfaces, bounds, &mut warnings)?;
+        let (lights, light_unit) = lights(far, &surfaces, bounds, &mut warnings)?;
         let reckoned = resolved.iter().map(|m| m.with_emission(|emission| light_unit.divide(emission)));
         let camera = description.camera.clone().unwrap_or_else(|| Camera::for_bounds(bounds.0, bounds.1));
         let film = &description.film;
@@ -86,20 +88,17 @@ fn check_memory(film: &FilmSettings) -> Result<()> {
         .map_err(|shortage| Error::Scene(format!("film.width × film.height: {width} × {height} pixels {shortage}")))
 }
 
-/// Over what light does in the scene. `hashes` are those of the meshes; `cache` holds all pictures of `materials`.
+/// Over what light does in the scene. `hashes` are those of the meshes; `cache` holds all pictures of `materials`; `environments` are the hashes
+/// of those of the lights.
 fn content_hash(
     description: &SceneDescription,
     hashes: &[u64],
     materials: &[MaterialDescription],
     cache: &mut TextureCache,
-    far: &FarLights,
+    environments: &[u64],
 ) -> Result<u64> {
     let pictures: Vec<u64> = cache.textures().iter().map(Texture::content_hash).collect();
-    let content = hash::Content {
-        meshes: hashes,
-        materials,
-        picture: &mut |path| Ok(pictures[cache.get(path)?]),
-        environments: &far.pictures,
-    };
+    let content =
+        hash::Content { meshes: hashes, materials, picture: &mut |path| Ok(pictures[cache.get(path)?]), environments };
     hash::content(description, content)
 }

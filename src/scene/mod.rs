@@ -5,7 +5,6 @@ mod build;
 mod camera;
 pub mod description;
 mod emitters;
-mod far_lights;
 mod hash;
 mod instances;
 mod load;
@@ -113,7 +112,7 @@ impl Scene {
     }
 
     #[inline]
-    pub fn lights(&self) -> &Lights {
+    pub(crate) fn lights(&self) -> &Lights {
         &self.lights
     }
 

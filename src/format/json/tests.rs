@@ -2,7 +2,7 @@ use super::*;
 use crate::bsdf::{BsdfDescription, ConductorParameters, DiffuseParameters, PlasticParameters};
 use crate::film::Filter;
 use crate::format::load;
-use crate::light::LightDescription;
+use crate::light::{ConstantLight, EnvironmentLight, LightDescription};
 use crate::scene::description::*;
 use crate::texture::ColorTexture;
 use glam::Vec3;
@@ -41,9 +41,9 @@ fn camera_and_lights_are_read() {
     assert_eq!((camera.target, camera.vfov), (Vec3::new(0.0, 1.0, 4.0), 30.0));
     assert!(camera.mirrored);
     assert_eq!((scene.film.width, scene.film.height, scene.film.filter), (64, 32, Filter::Box));
-    let LightDescription::Environment { path, .. } = &scene.lights[0] else { panic!() };
+    let LightDescription::Environment(EnvironmentLight { path, .. }) = &scene.lights[0] else { panic!() };
     assert_eq!(path, Path::new("dir/sky.exr"));
-    assert_eq!(scene.lights[1], LightDescription::Constant { radiance: Rgb::splat(2.0) });
+    assert_eq!(scene.lights[1], LightDescription::Constant(ConstantLight { radiance: Rgb::splat(2.0) }));
     let expected = [
         "material `Car`: `anisotropic` is taken for 0",
         "material `Lamp` emits [1, 2, 3], but its emitter says [1, 2, 4]: the material counts",
@@ -117,7 +117,7 @@ fn assert_files_exist(scene: &SceneDescription) {
         }
     }
     for light in &scene.lights {
-        let LightDescription::Environment { path, .. } = light else { panic!("{light:?}") };
+        let LightDescription::Environment(EnvironmentLight { path, .. }) = light else { panic!("{light:?}") };
         assert!(path.is_file(), "{}", path.display());
     }
 }

@@ -1,11 +1,11 @@
 mod faults;
 
 use super::*;
-use crate::bsdf::{BsdfDescription, ConductorParameters, PlasticParameters};
+use crate::bsdf::{BsdfDescription, ConductorParameters, MirrorParameters, PlasticParameters};
 use crate::film::{FilmSettings, Filter};
 use crate::guiding::settings::GuidingSettings;
 use crate::integrator::{IntegratorSettings, Roulette};
-use crate::light::LightDescription;
+use crate::light::{DirectionalLight, EnvironmentLight, LightDescription};
 use crate::math::Rgb;
 use crate::scene::description::*;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
@@ -80,11 +80,11 @@ fn the_whole_file_is_read() {
     assert!(moved.abs_diff_eq(Vec3::new(1.0, 2.0, 0.0), 1e-6), "{moved}");
     assert_eq!(scene.meshes[1].source.path(), Some(Path::new("/b.obj")));
     assert_eq!(scene.meshes[1].transform.transform_point3(Vec3::Y), Vec3::new(2.0, 0.0, 0.0));
-    let LightDescription::Environment { path, to_world, .. } = &scene.lights[0] else { panic!() };
+    let LightDescription::Environment(EnvironmentLight { path, to_world, .. }) = &scene.lights[0] else { panic!() };
     assert_eq!(path, Path::new("dir/sky.exr"));
     assert!(to_world.transform_vector3(Vec3::X).abs_diff_eq(-Vec3::Z, 1e-6));
     let (direction, irradiance) = (-Vec3::Y, Rgb::splat(3.0));
-    assert_eq!(scene.lights[1], LightDescription::Directional { direction, irradiance });
+    assert_eq!(scene.lights[1], LightDescription::Directional(DirectionalLight { direction, irradiance }));
     assert_eq!(integrator, IntegratorSettings { max_depth: 4, ..Default::default() });
     assert_eq!(guiding.memory, 3 << 29);
     assert_eq!((render.time, render.seed), (Some(2.5), u64::MAX));
@@ -131,8 +131,7 @@ fn overrides_change_what_they_name() {
     let ColorTexture::Image(image) = reflectance else { panic!() };
     assert_eq!((alpha, image.scale, image.nearest), (0.2, [5.0, 6.0], true));
     assert_eq!(floor.opacity, Some(ScalarTexture::Constant(0.5)));
-    let BsdfDescription::Conductor(ConductorParameters { eta_k, .. }) = scene.materials["Gold"].bsdf else { panic!() };
-    assert_eq!(eta_k, None);
+    assert_eq!(scene.materials["Gold"].bsdf, MirrorParameters::default().into(), "of its type's defaults");
     assert_eq!(scene.materials["Lamp"], before.scene.materials["Lamp"]);
     assert_eq!(scene.materials["a=b c"], MaterialDescription::default());
 }

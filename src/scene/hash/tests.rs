@@ -1,11 +1,10 @@
-use std::collections::BTreeMap;
-use std::path::Path;
 use crate::format;
 use crate::image::{Layer, exr};
 use crate::io::canon::texels;
 use crate::math::Rgb;
 use crate::scene::Scene;
-use super::*;
+use std::collections::BTreeMap;
+use std::path::Path;
 
 /// What the files of a small scene with one of everything hold.
 #[derive(Clone)]
