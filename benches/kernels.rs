@@ -6,7 +6,10 @@
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::Vec3;
-use phototaxis::bsdf::{BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution};
+use phototaxis::bsdf::{
+    BsdfDescription, BsdfModel, CoatTables, ConductorParameters, DielectricParameters, DiffuseParameters,
+    MicrofacetDistribution, PlasticParameters, PrincipledParameters,
+};
 use phototaxis::geometry::{Attribute, Hit, Indices, Mesh, SurfaceInteraction};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use phototaxis::guiding::{Guide, PackedDirection, Recorder, StateKey, Transition};
@@ -149,24 +152,32 @@ fn model(kind: &str) -> BsdfModel {
     let white = ColorTexture::Constant(Rgb::ONE);
     let copper = (Rgb::new(0.2, 0.924, 1.102), Rgb::new(3.913, 2.453, 2.142));
     let distribution = MicrofacetDistribution::Ggx;
-    let conductor =
-        |eta_k, alpha| BsdfDescription::Conductor { eta_k, specular_reflectance: white.clone(), alpha, distribution };
-    let glass = |alpha| BsdfDescription::Dielectric {
-        int_ior: 1.5,
-        ext_ior: 1.0,
-        specular_reflectance: Rgb::ONE,
-        specular_transmittance: Rgb::ONE,
-        alpha,
-        distribution,
-        thin: false,
+    let conductor = |eta_k, alpha| {
+        BsdfDescription::Conductor(ConductorParameters {
+            eta_k,
+            specular_reflectance: white.clone(),
+            alpha,
+            distribution,
+        })
+    };
+    let glass = |alpha| {
+        BsdfDescription::Dielectric(DielectricParameters {
+            int_ior: 1.5,
+            ext_ior: 1.0,
+            specular_reflectance: Rgb::ONE,
+            specular_transmittance: Rgb::ONE,
+            alpha,
+            distribution,
+            thin: false,
+        })
     };
     let description = match kind {
-        "diffuse" => BsdfDescription::Diffuse { reflectance: white },
+        "diffuse" => BsdfDescription::Diffuse(DiffuseParameters { reflectance: white }),
         "mirror" => conductor(None, 0.0),
         "glass" => glass(0.0),
         "copper" => conductor(Some(copper), 0.3),
         "rough glass" => glass(0.3),
-        "rough plastic" => BsdfDescription::Plastic {
+        "rough plastic" => BsdfDescription::Plastic(PlasticParameters {
             reflectance: white,
             specular_reflectance: Rgb::ONE,
             int_ior: 1.5,
@@ -174,8 +185,8 @@ fn model(kind: &str) -> BsdfModel {
             alpha: 0.2,
             distribution,
             nonlinear: true,
-        },
-        _ => BsdfDescription::Principled {
+        }),
+        _ => BsdfDescription::Principled(PrincipledParameters {
             base_color: white,
             metallic: 0.3,
             roughness: 0.4,
@@ -185,7 +196,7 @@ fn model(kind: &str) -> BsdfModel {
             clearcoat_gloss: 0.8,
             sheen: 0.2,
             sheen_tint: 0.5,
-        },
+        }),
     };
     BsdfModel::new(&description, false, &mut CoatTables::default()).expect("all numbers are in their domains")
 }

@@ -19,7 +19,7 @@
 //! # Layers
 //!
 //! Folders use only those before them in this list, and a test (`tests/all/layers.rs`) keeps it so:
-//! [`simd`], [`io`], [`math`], [`stats`] · [`geometry`], [`embree`] · [`image`], [`texture`], [`film`] · [`bsdf`], [`light`] ·
+//! [`simd`], [`io`], [`math`], [`stats`] · [`geometry`], [`embree`] · [`image`], [`texture`], `fields`, [`film`] · [`bsdf`], [`light`] ·
 //! [`guiding`] · [`scene`] · [`integrator`] · [`render`] · [`format`] · [`inspect`] · `lab` · [`cli`].
 //!
 //! # Invariants
@@ -45,6 +45,7 @@ pub mod cli;
 pub(crate) mod document;
 pub mod embree;
 pub mod error;
+pub(crate) mod fields;
 pub mod film;
 pub mod format;
 pub mod geometry;

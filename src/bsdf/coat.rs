@@ -14,7 +14,7 @@ const POINTS: [usize; 2] = [24, 64];
 
 /// Directional albedos of a rough interface (single scattering), as in Mitsuba's `roughplastic`.
 #[derive(Debug)]
-pub struct CoatTable {
+pub(crate) struct CoatTable {
     microfacet: Microfacet,
     eta: f32,
     transmittance: [f32; NODES],
@@ -77,7 +77,7 @@ impl CoatTable {
 pub struct CoatTables(HashMap<(u32, u32, bool), Arc<CoatTable>>);
 
 impl CoatTables {
-    pub fn get(&mut self, eta: f32, alpha: f32, kind: MicrofacetDistribution) -> Arc<CoatTable> {
+    pub(crate) fn get(&mut self, eta: f32, alpha: f32, kind: MicrofacetDistribution) -> Arc<CoatTable> {
         let key = (eta.to_bits(), alpha.to_bits(), kind == MicrofacetDistribution::Ggx);
         let table = self.0.entry(key);
         table.or_insert_with(|| Arc::new(CoatTable::new(eta, Microfacet::new(kind, alpha)))).clone()

@@ -1,12 +1,103 @@
 //! Clear glass and water, as a body and as a pane.
 
-use super::{BLACK, BsdfSample, Scatter, choice, fresnel};
+use super::interface::{checked_alpha, checked_eta, indices, rough};
+use super::microfacet::Microfacet;
+use super::model::{BsdfParameters, Prepared, checked_color};
+use super::rough_dielectric::RoughDielectric;
+use super::{BLACK, BsdfSample, CoatTables, MicrofacetDistribution, Model, Scatter, choice, fresnel};
+use crate::document::{UNIT, key};
+use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
+use crate::{Error, Result};
 use glam::Vec3;
+
+/// Glass and water as written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DielectricParameters {
+    pub int_ior: f32,
+    pub ext_ior: f32,
+    pub specular_reflectance: Rgb,
+    pub specular_transmittance: Rgb,
+    /// Roughness of the microfacet distribution; 0 is smooth.
+    pub alpha: f32,
+    pub distribution: MicrofacetDistribution,
+    /// A pane whose two sides are one surface, so rays pass without bending.
+    pub thin: bool,
+}
+
+impl Default for DielectricParameters {
+    fn default() -> DielectricParameters {
+        DielectricParameters {
+            int_ior: 1.5,
+            ext_ior: 1.0,
+            specular_reflectance: Rgb::ONE,
+            specular_transmittance: Rgb::ONE,
+            alpha: 0.0,
+            distribution: MicrofacetDistribution::Ggx,
+            thin: false,
+        }
+    }
+}
+
+impl Fields for DielectricParameters {
+    fn fields<V: FieldVisitor>(&mut self, visitor: &mut V) -> Result<(), V::Error> {
+        indices(visitor, "index of refraction inside", &mut self.int_ior, &mut self.ext_ior)?;
+        let reflectance = key("specular_reflectance", "multiplies the reflection");
+        visitor.color(reflectance, UNIT, &mut self.specular_reflectance)?;
+        let transmittance = key("specular_transmittance", "multiplies the refraction");
+        visitor.color(transmittance, UNIT, &mut self.specular_transmittance)?;
+        rough(visitor, "roughness", &mut self.alpha, &mut self.distribution)?;
+        let meaning = "a pane whose two sides are one surface: rays pass without bending";
+        visitor.flag(key("thin", meaning), &mut self.thin)
+    }
+}
+
+impl BsdfParameters for DielectricParameters {
+    const NUMBER: u32 = 4;
+    const OPAQUE: bool = false;
+
+    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+        let eta = checked_eta(self.int_ior, self.ext_ior)?;
+        let alpha = checked_alpha(self.alpha)?;
+        let (reflectance, transmittance) = (self.specular_reflectance, self.specular_transmittance);
+        checked_color(reflectance, "specular_reflectance")?;
+        checked_color(transmittance, "specular_transmittance")?;
+        if self.thin && alpha > 0.0 {
+            return Err(Error::Scene("a thin dielectric must be smooth (alpha = 0)".into()));
+        }
+        Ok(if self.thin {
+            ThinDielectric { eta, reflectance, transmittance }.into()
+        } else if alpha > 0.0 && eta != 1.0 {
+            let microfacet = Microfacet::new(self.distribution, alpha);
+            RoughDielectric { eta, reflectance, transmittance, microfacet }.into()
+        } else {
+            // equal indices bend nothing, however rough the interface
+            Dielectric { eta, reflectance, transmittance }.into()
+        })
+    }
+}
+
+impl Prepared for Dielectric {
+    type At<'s> = Dielectric;
+
+    #[inline(always)]
+    fn at(&self, _: [Rgb; 2]) -> Dielectric {
+        *self
+    }
+}
+
+impl Prepared for ThinDielectric {
+    type At<'s> = ThinDielectric;
+
+    #[inline(always)]
+    fn at(&self, _: [Rgb; 2]) -> ThinDielectric {
+        *self
+    }
+}
 
 /// A smooth interface; `eta` is the index below the surface over that above.
 #[derive(Clone, Copy, Debug)]
-pub struct Dielectric {
+pub(crate) struct Dielectric {
     pub eta: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,
@@ -54,7 +145,7 @@ impl Scatter for Dielectric {
 /// A pane whose two faces are one surface: light passes without bending. Reflections between the faces are
 /// summed: R = F + (1 − F)²F/(1 − F²) = 2F/(1 + F).
 #[derive(Clone, Copy, Debug)]
-pub struct ThinDielectric {
+pub(crate) struct ThinDielectric {
     pub eta: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,

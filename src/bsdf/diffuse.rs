@@ -1,14 +1,59 @@
 //! Lambert's law.
 
-use super::{BLACK, Bsdf, BsdfSample, DIFFUSE, Scatter, mirrored};
+use super::model::{BsdfParameters, Prepared};
+use super::{BLACK, Bsdf, BsdfSample, CoatTables, DIFFUSE, Model, Scatter, mirrored};
+use crate::Result;
+use crate::document::key;
+use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes};
+use crate::texture::ColorTexture;
 use glam::Vec3;
+
+/// A Lambertian surface as written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiffuseParameters {
+    pub reflectance: ColorTexture,
+}
+
+impl Default for DiffuseParameters {
+    fn default() -> DiffuseParameters {
+        DiffuseParameters { reflectance: ColorTexture::grey(0.5) }
+    }
+}
+
+impl Fields for DiffuseParameters {
+    fn fields<V: FieldVisitor>(&mut self, visitor: &mut V) -> Result<(), V::Error> {
+        visitor.texture(key("reflectance", "albedo"), &mut self.reflectance)
+    }
+}
+
+impl BsdfParameters for DiffuseParameters {
+    const NUMBER: u32 = 1;
+    const OPAQUE: bool = true;
+
+    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+        Ok(DiffuseModel.into())
+    }
+}
+
+/// A Lambertian material: all of it may vary from place to place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DiffuseModel;
+
+impl Prepared for DiffuseModel {
+    type At<'s> = Diffuse;
+
+    #[inline(always)]
+    fn at(&self, [reflectance, _]: [Rgb; 2]) -> Diffuse {
+        Diffuse { reflectance }
+    }
+}
 
 /// f = reflectance/π above the horizon.
 #[derive(Clone, Copy, Debug)]
-pub struct Diffuse {
+pub(crate) struct Diffuse {
     pub reflectance: Rgb,
 }
 
@@ -44,7 +89,7 @@ impl Scatter for Diffuse {
 
 /// Lambertian surfaces of a packet, side by side: what [`Bsdf`] gives one by one, to the last bit. Lanes with a surface of
 /// another kind are black, those without one hold any numbers.
-pub struct DiffuseLanes {
+pub(crate) struct DiffuseLanes {
     reflectance: Vec3Lanes,
     turns: Mask,
     is: Mask,

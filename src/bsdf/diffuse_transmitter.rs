@@ -1,13 +1,70 @@
 //! Leaves and paper: Lambertian on both sides.
 
-use super::{BLACK, BsdfSample, DIFFUSE, Scatter, choice};
+use super::model::{BsdfParameters, Prepared};
+use super::{BLACK, BsdfSample, CoatTables, DIFFUSE, Model, Scatter, choice};
+use crate::Result;
+use crate::document::key;
+use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::texture::ColorTexture;
 use glam::Vec3;
+
+/// A translucent Lambertian surface as written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiffuseTransmitterParameters {
+    pub reflectance: ColorTexture,
+    pub transmittance: ColorTexture,
+}
+
+impl Default for DiffuseTransmitterParameters {
+    fn default() -> DiffuseTransmitterParameters {
+        let quarter = ColorTexture::grey(0.25);
+        DiffuseTransmitterParameters { reflectance: quarter.clone(), transmittance: quarter }
+    }
+}
+
+impl Fields for DiffuseTransmitterParameters {
+    fn fields<V: FieldVisitor>(&mut self, visitor: &mut V) -> Result<(), V::Error> {
+        visitor.texture(key("reflectance", "albedo of the side that is lit"), &mut self.reflectance)?;
+        let meaning = "albedo of the other side; with `reflectance` at most 1";
+        visitor.texture(key("transmittance", meaning), &mut self.transmittance)?;
+        // pictures are not looked into
+        let (ColorTexture::Constant(r), ColorTexture::Constant(t)) = (&self.reflectance, &self.transmittance) else {
+            return Ok(());
+        };
+        // Leaves room for decimal fractions whose rounded sum is a little above 1.
+        let conserves = (*r + *t).max_element() <= 1.0 + 1e-6;
+        let message = "`reflectance` and `transmittance` must not add up to more than 1";
+        visitor.check(conserves, &["transmittance", "reflectance"], message)
+    }
+}
+
+impl BsdfParameters for DiffuseTransmitterParameters {
+    const NUMBER: u32 = 2;
+    const OPAQUE: bool = false;
+
+    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+        Ok(DiffuseTransmitterModel.into())
+    }
+}
+
+/// A translucent material: all of it may vary from place to place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DiffuseTransmitterModel;
+
+impl Prepared for DiffuseTransmitterModel {
+    type At<'s> = DiffuseTransmitter;
+
+    #[inline(always)]
+    fn at(&self, [reflectance, transmittance]: [Rgb; 2]) -> DiffuseTransmitter {
+        DiffuseTransmitter { reflectance, transmittance }
+    }
+}
 
 /// f = reflectance/π on the side of wo, transmittance/π on the other.
 #[derive(Clone, Copy, Debug)]
-pub struct DiffuseTransmitter {
+pub(crate) struct DiffuseTransmitter {
     pub reflectance: Rgb,
     pub transmittance: Rgb,
 }

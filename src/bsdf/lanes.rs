@@ -5,7 +5,7 @@ use crate::simd::{LANES, Mask, Vec3Lanes};
 
 /// The BSDFs of a packet, as a structure of arrays. (Structures that are stored field by field and loaded at once would stall on
 /// store forwarding.)
-pub struct BsdfLanes<'s> {
+pub(crate) struct BsdfLanes<'s> {
     are: Mask,
     model: [Option<&'s BsdfModel>; LANES],
     colors: [Vec3Lanes; 2],

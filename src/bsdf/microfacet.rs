@@ -1,7 +1,7 @@
 //! Isotropic microfacet distributions with Smith's shadowing, uncorrelated: G = G1(wo)·G1(wi)
 //! (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces").
 
-use crate::bsdf::MicrofacetDistribution;
+use crate::fields::Choice;
 use crate::math::ONE_MINUS_EPSILON;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -9,9 +9,22 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 /// 1/√π.
 const FRAC_1_SQRT_PI: f32 = 0.564_189_6;
 
+/// How the normals of facets are distributed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum MicrofacetDistribution {
+    #[default]
+    Ggx,
+    Beckmann,
+}
+
+impl Choice for MicrofacetDistribution {
+    const NAMES: &'static [(&'static str, MicrofacetDistribution)] =
+        &[("ggx", MicrofacetDistribution::Ggx), ("beckmann", MicrofacetDistribution::Beckmann)];
+}
+
 /// The microscopic normals of a rough surface. All normals `m` are unit, local, with m.z > 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Microfacet {
+pub(crate) struct Microfacet {
     alpha: f32,
     kind: MicrofacetDistribution,
 }

@@ -1,12 +1,44 @@
 //! No surface at all.
 
-use super::{BLACK, BsdfSample, Scatter};
+use super::model::{BsdfParameters, Prepared};
+use super::{BLACK, BsdfSample, CoatTables, Model, Scatter};
+use crate::Result;
+use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
 use glam::Vec3;
 
+/// No surface, as written: nothing is to be said of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NullParameters;
+
+impl Fields for NullParameters {
+    fn fields<V: FieldVisitor>(&mut self, _visitor: &mut V) -> Result<(), V::Error> {
+        Ok(())
+    }
+}
+
+impl BsdfParameters for NullParameters {
+    const NUMBER: u32 = 0;
+    const OPAQUE: bool = false;
+    const IS_SURFACE: bool = false;
+
+    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+        Ok(Null.into())
+    }
+}
+
+impl Prepared for Null {
+    type At<'s> = Null;
+
+    #[inline(always)]
+    fn at(&self, _: [Rgb; 2]) -> Null {
+        Null
+    }
+}
+
 /// Lets everything pass straight through.
 #[derive(Clone, Copy, Debug)]
-pub struct Null;
+pub(crate) struct Null;
 
 impl Scatter for Null {
     const SMOOTH: bool = false;

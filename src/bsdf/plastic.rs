@@ -1,13 +1,99 @@
 //! A diffuse base under a smooth dielectric coat.
 
-use super::{BLACK, BsdfSample, DIFFUSE, Scatter, choice, fresnel};
+use super::interface::{checked_alpha, checked_eta, indices, rough};
+use super::model::{BsdfParameters, Prepared, checked_color};
+use super::rough_plastic::RoughPlasticModel;
+use super::{BLACK, BsdfSample, CoatTables, DIFFUSE, MicrofacetDistribution, Model, Scatter, choice, fresnel};
+use crate::Result;
+use crate::document::{UNIT, key};
+use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::texture::ColorTexture;
 use glam::Vec3;
+
+/// A diffuse base under a dielectric coat, smooth or rough, as written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlasticParameters {
+    pub reflectance: ColorTexture,
+    pub specular_reflectance: Rgb,
+    pub int_ior: f32,
+    pub ext_ior: f32,
+    /// Roughness of the coat's microfacet distribution; 0 is smooth.
+    pub alpha: f32,
+    pub distribution: MicrofacetDistribution,
+    /// Colour shifts by internal scattering are taken into account.
+    pub nonlinear: bool,
+}
+
+impl Default for PlasticParameters {
+    fn default() -> PlasticParameters {
+        PlasticParameters {
+            reflectance: ColorTexture::grey(0.5),
+            specular_reflectance: Rgb::ONE,
+            int_ior: 1.5,
+            ext_ior: 1.0,
+            alpha: 0.0,
+            distribution: MicrofacetDistribution::Ggx,
+            nonlinear: false,
+        }
+    }
+}
+
+impl Fields for PlasticParameters {
+    fn fields<V: FieldVisitor>(&mut self, visitor: &mut V) -> Result<(), V::Error> {
+        visitor.texture(key("reflectance", "albedo of the base"), &mut self.reflectance)?;
+        indices(visitor, "index of refraction of the coat", &mut self.int_ior, &mut self.ext_ior)?;
+        let specular = key("specular_reflectance", "multiplies the coat's reflection");
+        visitor.color(specular, UNIT, &mut self.specular_reflectance)?;
+        rough(visitor, "roughness of the coat", &mut self.alpha, &mut self.distribution)?;
+        let meaning = "takes colour shifts by scattering inside the coat into account";
+        visitor.flag(key("nonlinear", meaning), &mut self.nonlinear)
+    }
+}
+
+impl BsdfParameters for PlasticParameters {
+    const NUMBER: u32 = 5;
+    const OPAQUE: bool = true;
+
+    fn model(&self, coats: &mut CoatTables) -> Result<Model> {
+        let eta = checked_eta(self.int_ior, self.ext_ior)?;
+        let alpha = checked_alpha(self.alpha)?;
+        let PlasticParameters { specular_reflectance: specular, nonlinear, distribution, .. } = *self;
+        checked_color(specular, "specular_reflectance")?;
+        Ok(if alpha == 0.0 {
+            PlasticModel { coat: SmoothCoat::new(eta), specular, nonlinear }.into()
+        } else {
+            RoughPlasticModel { coat: coats.get(eta, alpha, distribution), specular, nonlinear }.into()
+        })
+    }
+}
+
+/// A smooth coat; the base may vary from place to place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlasticModel {
+    coat: SmoothCoat,
+    specular: Rgb,
+    nonlinear: bool,
+}
+
+impl Prepared for PlasticModel {
+    type At<'s> = Plastic;
+
+    #[inline(always)]
+    fn colors(&self, [reflectance, other]: [Rgb; 2]) -> [Rgb; 2] {
+        [base_under_coat(reflectance, self.coat.internal_reflectance, self.coat.eta, self.nonlinear), other]
+    }
+
+    #[inline(always)]
+    fn at(&self, [base, _]: [Rgb; 2]) -> Plastic {
+        Plastic { base, specular: self.specular, coat: self.coat }
+    }
+}
 
 /// The coat, computed once per material.
 #[derive(Clone, Copy, Debug)]
-pub struct SmoothCoat {
+pub(crate) struct SmoothCoat {
     /// Index of the coat over that of the air.
     pub eta: f32,
     /// 2∫(1 − F)µ dµ: share of diffuse light that enters.
@@ -37,7 +123,7 @@ pub(super) fn base_under_coat(reflectance: Rgb, internal: f32, eta: f32, nonline
 
 /// A delta reflection F and a base T(cosθo)·T(cosθi)·base/π with T = 1 − F.
 #[derive(Clone, Copy, Debug)]
-pub struct Plastic {
+pub(crate) struct Plastic {
     /// As [`base_under_coat`] gives it.
     pub base: Rgb,
     /// Times the coat's reflection.

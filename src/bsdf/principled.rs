@@ -3,17 +3,23 @@
 //! original it may reflect a little more than it receives (rough, bright bases at grazing angles).
 
 use super::microfacet::Microfacet;
+use super::microfacet::MicrofacetDistribution::Ggx;
+use super::model::{BsdfParameters, Prepared, out_of_domain};
 use super::rough_conductor::{reflection_pdf, sample_reflection};
-use super::{BLACK, BsdfSample, Scatter, fresnel};
-use crate::bsdf::MicrofacetDistribution::Ggx;
+use super::{BLACK, BsdfSample, CoatTables, Model, Scatter, fresnel};
+use crate::Result;
+use crate::document::{Key, UNIT, key};
+use crate::fields::{FieldVisitor, Fields};
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use crate::math::{Rgb, luminance};
+use crate::texture::ColorTexture;
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, TAU};
 
-/// What an artist sets, every number in [0, 1]; names as in Burley's notes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What an artist sets, every number in [0, 1]; names and defaults as of Burley.
+#[derive(Clone, Debug, PartialEq)]
 pub struct PrincipledParameters {
+    pub base_color: ColorTexture,
     pub metallic: f32,
     pub roughness: f32,
     pub specular: f32,
@@ -24,28 +30,103 @@ pub struct PrincipledParameters {
     pub sheen_tint: f32,
 }
 
+impl Default for PrincipledParameters {
+    fn default() -> PrincipledParameters {
+        PrincipledParameters {
+            base_color: ColorTexture::grey(0.5),
+            metallic: 0.0,
+            roughness: 0.5,
+            specular: 0.5,
+            spec_tint: 0.0,
+            clearcoat: 0.0,
+            clearcoat_gloss: 1.0,
+            sheen: 0.0,
+            sheen_tint: 0.5,
+        }
+    }
+}
+
+impl PrincipledParameters {
+    /// The keys of all numbers, with their slots.
+    fn numbers(&mut self) -> [(Key, &mut f32); 8] {
+        [
+            (key("metallic", "from dielectric to metal"), &mut self.metallic),
+            (key("roughness", "α = roughness²"), &mut self.roughness),
+            (key("specular", "strength of the dielectric reflection"), &mut self.specular),
+            (key("spec_tint", "how far that takes the base's hue"), &mut self.spec_tint),
+            (key("clearcoat", "strength of a second, clear coat"), &mut self.clearcoat),
+            (key("clearcoat_gloss", "its gloss"), &mut self.clearcoat_gloss),
+            (key("sheen", "grazing reflection of cloth"), &mut self.sheen),
+            (key("sheen_tint", "how far that takes the base's hue"), &mut self.sheen_tint),
+        ]
+    }
+}
+
+impl Fields for PrincipledParameters {
+    fn fields<V: FieldVisitor>(&mut self, visitor: &mut V) -> Result<(), V::Error> {
+        visitor.texture(key("base_color", "albedo of a dielectric, reflection of a metal"), &mut self.base_color)?;
+        self.numbers().into_iter().try_for_each(|(key, slot)| visitor.number(key, UNIT, slot))
+    }
+}
+
+impl BsdfParameters for PrincipledParameters {
+    const NUMBER: u32 = 6;
+    const OPAQUE: bool = true;
+
+    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+        for (key, share) in self.clone().numbers() {
+            if !(0.0..=1.0).contains(share) {
+                return Err(out_of_domain(key.name, "between 0 and 1"));
+            }
+        }
+        Ok(PrincipledLobes::new(self).into())
+    }
+}
+
 /// The parameters and what follows from them, computed once per material.
 #[derive(Clone, Copy, Debug)]
-pub struct PrincipledLobes {
-    set: PrincipledParameters,
+pub(crate) struct PrincipledLobes {
+    set: Shares,
     /// From the reflectance at normal incidence, 0.08·specular.
     eta: f32,
     facets: Microfacet,
     coat: Clearcoat,
 }
 
+/// As of [`PrincipledParameters`].
+#[derive(Clone, Copy, Debug)]
+struct Shares {
+    metallic: f32,
+    roughness: f32,
+    spec_tint: f32,
+    clearcoat: f32,
+    sheen: f32,
+    sheen_tint: f32,
+}
+
 impl PrincipledLobes {
-    pub fn new(set: PrincipledParameters) -> PrincipledLobes {
+    fn new(set: &PrincipledParameters) -> PrincipledLobes {
+        let &PrincipledParameters { metallic, roughness, spec_tint, clearcoat, sheen, sheen_tint, .. } = set;
         let eta = 2.0 / (1.0 - (0.08 * set.specular).sqrt()) - 1.0;
-        let alpha = (set.roughness * set.roughness).max(1e-3);
+        let alpha = (roughness * roughness).max(1e-3);
         let coat = Clearcoat { alpha: 0.1 + (0.001 - 0.1) * set.clearcoat_gloss };
+        let set = Shares { metallic, roughness, spec_tint, clearcoat, sheen, sheen_tint };
         PrincipledLobes { set, eta, facets: Microfacet::new(Ggx, alpha), coat }
+    }
+}
+
+impl Prepared for PrincipledLobes {
+    type At<'s> = Principled<'s>;
+
+    #[inline(always)]
+    fn at(&self, [base_color, _]: [Rgb; 2]) -> Principled<'_> {
+        Principled { base_color, lobes: self }
     }
 }
 
 /// Base, specular and clear-coat lobes over a base colour.
 #[derive(Clone, Copy, Debug)]
-pub struct Principled<'s> {
+pub(crate) struct Principled<'s> {
     pub base_color: Rgb,
     pub lobes: &'s PrincipledLobes,
 }

@@ -1,33 +1,31 @@
 //! Rough metal (Cook & Torrance 1982, in the form of Walter et al. 2007).
 
+use super::conductor::Metal;
 use super::microfacet::Microfacet;
+use super::model::Prepared;
 use super::{BLACK, BsdfSample, Scatter, fresnel};
 use crate::math::Rgb;
 use glam::Vec3;
 
-/// Complex index of refraction per channel, relative to vacuum.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Metal {
-    /// Reflects all.
-    Perfect,
-    /// η + ik.
-    Index { eta: Rgb, k: Rgb },
+/// A rough metal; how much it reflects may vary from place to place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RoughConductorModel {
+    pub(super) metal: Metal,
+    pub(super) microfacet: Microfacet,
 }
 
-impl Metal {
-    /// Fresnel reflectance at cosine `cos` ≥ 0.
-    #[inline]
-    pub fn fresnel(&self, cos: f32) -> Rgb {
-        match *self {
-            Metal::Perfect => Rgb::ONE,
-            Metal::Index { eta, k } => fresnel::conductor(cos, eta, k),
-        }
+impl Prepared for RoughConductorModel {
+    type At<'s> = RoughConductor;
+
+    #[inline(always)]
+    fn at(&self, [reflectance, _]: [Rgb; 2]) -> RoughConductor {
+        RoughConductor { metal: self.metal, reflectance, microfacet: self.microfacet }
     }
 }
 
 /// f = F·D·G/(4 cosθo cosθi) times `reflectance`; light that facets send to each other is lost.
 #[derive(Clone, Copy, Debug)]
-pub struct RoughConductor {
+pub(crate) struct RoughConductor {
     pub metal: Metal,
     pub reflectance: Rgb,
     pub microfacet: Microfacet,

@@ -2,6 +2,7 @@
 
 use super::dielectric::relative_index;
 use super::microfacet::Microfacet;
+use super::model::Prepared;
 use super::rough_conductor::reflection_pdf;
 use super::{BLACK, BsdfSample, Scatter, choice, fresnel, mirrored};
 use crate::math::Rgb;
@@ -10,11 +11,20 @@ use glam::Vec3;
 /// A rough interface; `eta` is the index below the surface over that above, not 1 (where the half-vector of
 /// refraction is undefined). Light that facets send to each other is lost.
 #[derive(Clone, Copy, Debug)]
-pub struct RoughDielectric {
+pub(crate) struct RoughDielectric {
     pub eta: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,
     pub microfacet: Microfacet,
+}
+
+impl Prepared for RoughDielectric {
+    type At<'s> = RoughDielectric;
+
+    #[inline(always)]
+    fn at(&self, _: [Rgb; 2]) -> RoughDielectric {
+        *self
+    }
 }
 
 impl RoughDielectric {

@@ -1,15 +1,40 @@
 //! A diffuse base under a rough dielectric coat.
 
 use super::coat::CoatTable;
+use super::model::Prepared;
+use super::plastic::base_under_coat;
 use super::rough_conductor::{reflection_pdf, sample_reflection};
 use super::{BLACK, BsdfSample, Scatter, choice, fresnel};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use glam::Vec3;
+use std::sync::Arc;
+
+/// A rough coat; the base may vary from place to place.
+#[derive(Clone, Debug)]
+pub(crate) struct RoughPlasticModel {
+    pub(super) coat: Arc<CoatTable>,
+    pub(super) specular: Rgb,
+    pub(super) nonlinear: bool,
+}
+
+impl Prepared for RoughPlasticModel {
+    type At<'s> = RoughPlastic<'s>;
+
+    #[inline(always)]
+    fn colors(&self, [reflectance, other]: [Rgb; 2]) -> [Rgb; 2] {
+        [base_under_coat(reflectance, self.coat.internal_reflectance(), self.coat.eta(), self.nonlinear), other]
+    }
+
+    #[inline(always)]
+    fn at(&self, [base, _]: [Rgb; 2]) -> RoughPlastic<'_> {
+        RoughPlastic { base, specular: self.specular, coat: &self.coat }
+    }
+}
 
 /// A microfacet reflection and a base T(cosθo)·T(cosθi)·base/π, T what enters a rough coat at all.
 #[derive(Clone, Copy, Debug)]
-pub struct RoughPlastic<'s> {
+pub(crate) struct RoughPlastic<'s> {
     /// As `base_under_coat` gives it.
     pub base: Rgb,
     /// Times the coat's reflection.

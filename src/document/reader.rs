@@ -206,6 +206,13 @@ impl Reader {
         node.map_or(Ok(()), |n| n.color(key.name, bounds).map(|c| *slot = c))
     }
 
+    /// One number for all three axes or one for each.
+    pub fn factors(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Vec3) -> Result<(), Fault> {
+        let key = key.into();
+        let node = self.ask(key, "number or `[x, y, z]`", shown(*slot), bounds.range())?;
+        node.map_or(Ok(()), |n| n.color(key.name, bounds).map(|v| *slot = v))
+    }
+
     /// One of a list of names.
     pub fn choice<T: Copy + PartialEq>(
         &mut self,

@@ -56,7 +56,7 @@ impl Import<'_> {
             }
         }
         ignore(&mut t, DOCUMENTATION);
-        self.finish(&t);
+        self.finish(&t)?;
         Ok(())
     }
 
@@ -75,7 +75,7 @@ impl Import<'_> {
         t.integer("width", SIDE, &mut self.scene.film.width)?;
         t.integer("height", SIDE, &mut self.scene.film.height)?;
         ignore(&mut t, &["to_world"]);
-        self.finish(&t);
+        self.finish(&t)?;
         self.scene.camera = Some(c);
         Ok(())
     }
@@ -89,7 +89,7 @@ impl Import<'_> {
             let mut t = Reader::new(format!("material `{name}`"), node)?;
             let material = materials::material(&mut t, None, self.base)?;
             let (_, material) = material.ok_or_else(|| t.missing("type"))?;
-            self.finish(&t);
+            self.finish(&t)?;
             self.scene.materials.insert(name, material);
         }
         Ok(())
@@ -149,7 +149,7 @@ impl Import<'_> {
         }
         let mut t = Reader::new("emitter", node)?;
         self.scene.lights.push(world::light(&mut t, self.base)?);
-        self.finish(&t);
+        self.finish(&t)?;
         Ok(())
     }
 
@@ -169,15 +169,16 @@ impl Import<'_> {
             ));
         }
         ignore(&mut t, &["type", "object"]);
-        self.finish(&t);
+        self.finish(&t)?;
         Ok(())
     }
 
-    /// Fields that nothing has asked for are no errors here: other programs may write more.
-    fn finish(&mut self, t: &Reader) {
+    /// Fields that nothing has asked for are no errors here: other programs may write more. Missing ones are.
+    fn finish(&mut self, t: &Reader) -> Result<(), Fault> {
         for (key, _) in t.left_over() {
             self.warnings.push(format!("{}: `{key}` is not known and means nothing", t.label()));
         }
+        t.complete()
     }
 }
 

@@ -3,6 +3,7 @@
 use super::SceneFile;
 use crate::Result;
 use crate::scene::description::{MeshDescription, SceneDescription};
+use crate::scene::model::MeshSource;
 use glam::Affine3A;
 use std::path::Path;
 
@@ -13,6 +14,6 @@ pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
 
 /// A mesh as it is in its file.
 pub(crate) fn whole_file(path: &Path) -> MeshDescription {
-    let path = path.to_path_buf();
-    MeshDescription { path, transform: Affine3A::IDENTITY, material: None, group: None, location: None }
+    let source = MeshSource::File(path.to_path_buf());
+    MeshDescription { source, transform: Affine3A::IDENTITY, material: None, group: None, location: None }
 }

@@ -3,8 +3,11 @@
 
 use super::SceneFile;
 pub(crate) use super::sections::guiding::METHODS;
-use super::sections::{camera, guiding, scattering, world};
+use super::sections::scattering::{KINDS, Kind};
+use super::sections::{camera, guiding, materials, textures, world};
 use crate::document::{Fault, KeyInfo, Reader};
+use crate::light::LightType;
+use crate::scene::description::MaterialDescription;
 use std::path::Path;
 
 /// The keys under one heading of the reference page.
@@ -25,11 +28,27 @@ pub(crate) fn sections() -> Vec<Section> {
         section("rotate", |t| world::rotation(t).map(drop)),
         section("[[instance]]", |t| world::instance(t, &[]).map(drop)),
     ];
-    all.extend(scattering::KINDS.iter().map(|(name, kind)| section(name, |t| kind.read(t, &mut kind.bsdf(), base))));
+    all.extend(materials());
+    all.push(section("[[light]]", |t| world::light_type(t).map(drop)));
+    all.extend(LightType::NAMES.iter().map(|(name, kind)| section(name, |t| kind.read(t, base).map(drop))));
     all.push(section("[integrator]", |t| file.integrator.read(t)));
     all.push(section("[guiding]", |t| guiding::guiding(t, &mut file.guiding)));
     all.push(section("[render]", |t| file.render.read(t)));
     all
+}
+
+fn materials() -> Vec<Section> {
+    let base = Path::new("");
+    let every = section("[material.NAME]", |t| {
+        materials::chosen_type(t)?;
+        materials::common(t, Kind::Diffuse, &mut MaterialDescription::default(), base)
+    });
+    let own = KINDS.iter().map(|(name, kind)| section(name, |t| kind.read(t, &mut kind.bsdf(), base)));
+    let color = section("texture", |t| textures::color_image(t, None, base).map(drop));
+    let mut channel = textures::Channel::Alpha;
+    let mut opacity = section("opacity", |t| textures::scalar_image(t, None, &mut channel, base).map(drop));
+    opacity.keys.retain(|info| color.keys.iter().all(|known| known.key.name != info.key.name));
+    [every].into_iter().chain(own).chain([color, opacity]).collect()
 }
 
 /// Whatever `read` asks for; that nothing is there is a fault that does not matter.

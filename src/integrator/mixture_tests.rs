@@ -1,5 +1,8 @@
 use super::*;
-use crate::bsdf::{BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution as Distribution};
+use crate::bsdf::{
+    BsdfDescription, BsdfModel, CoatTables, ConductorParameters, DiffuseParameters, DiffuseTransmitterParameters,
+    MicrofacetDistribution as Distribution, PlasticParameters, PrincipledParameters,
+};
 use crate::geometry::{Hit, Mesh};
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use crate::guiding::{Guide, PackedDirection, Recorder, RegionInfo, Transition};
@@ -16,22 +19,30 @@ fn model(description: BsdfDescription) -> BsdfModel {
 }
 
 fn diffuse() -> BsdfModel {
-    model(BsdfDescription::Diffuse { reflectance: WHITE })
+    model(BsdfDescription::Diffuse(DiffuseParameters { reflectance: WHITE }))
 }
 
 fn metal(alpha: f32) -> BsdfModel {
     let copper = Some((Rgb::new(0.2, 0.924, 1.102), Rgb::new(3.912, 2.452, 2.142)));
     let distribution = Distribution::Ggx;
-    model(BsdfDescription::Conductor { eta_k: copper, specular_reflectance: WHITE, alpha, distribution })
+    model(BsdfDescription::Conductor(ConductorParameters {
+        eta_k: copper,
+        specular_reflectance: WHITE,
+        alpha,
+        distribution,
+    }))
 }
 
 fn paper() -> BsdfModel {
-    model(BsdfDescription::DiffuseTransmitter { reflectance: WHITE, transmittance: WHITE })
+    model(BsdfDescription::DiffuseTransmitter(DiffuseTransmitterParameters {
+        reflectance: WHITE,
+        transmittance: WHITE,
+    }))
 }
 
 /// A coat over a diffuse base; of roughness 0, a delta lobe beside a smooth one.
 fn coated(alpha: f32) -> BsdfModel {
-    model(BsdfDescription::Plastic {
+    model(BsdfDescription::Plastic(PlasticParameters {
         reflectance: WHITE,
         specular_reflectance: Rgb::ONE,
         int_ior: 1.5,
@@ -39,12 +50,12 @@ fn coated(alpha: f32) -> BsdfModel {
         alpha,
         distribution: Distribution::Ggx,
         nonlinear: false,
-    })
+    }))
 }
 
 /// A diffuse base, a specular lobe of alpha = roughness², and a coat of alpha 0.07, which is sharper.
 fn principled(roughness: f32) -> BsdfModel {
-    model(BsdfDescription::Principled {
+    model(BsdfDescription::Principled(PrincipledParameters {
         base_color: WHITE,
         metallic: 0.2,
         roughness,
@@ -54,7 +65,7 @@ fn principled(roughness: f32) -> BsdfModel {
         clearcoat_gloss: 0.3,
         sheen: 0.5,
         sheen_tint: 0.6,
-    })
+    }))
 }
 
 /// What a guide can help with: all lobes of the first three, of the others the diffuse one, of the last the specular one

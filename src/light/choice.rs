@@ -34,6 +34,7 @@ impl PowerLightSampler {
         self.table.as_ref().map_or(0.0, |table| table.pmf(light))
     }
 
+    #[cfg(test)]
     pub fn is_empty(&self) -> bool {
         self.table.is_none()
     }

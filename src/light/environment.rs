@@ -1,11 +1,100 @@
 //! Surroundings from a picture in latitude-longitude form.
 
-use super::{check_light, wide_luminance};
+use super::source::{Findings, LightParameters, LightSource};
+use super::{LightSample, check_light, scaled, wide_luminance};
+use crate::document::{NOT_NEGATIVE, key};
+use crate::fields::{FieldVisitor, Fields};
+use crate::image::exr::read_rgb;
+use crate::io::{canon, memory};
 use crate::math::Rgb;
 use crate::math::alias::AliasTable;
 use crate::{Error, Result};
 use glam::{Affine3A, DVec3, Mat3, Vec3};
 use std::f64::consts::{PI, TAU};
+use std::path::PathBuf;
+
+/// A picture of everything infinitely far away, as written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvironmentLight {
+    /// EXR, linear, in the mapping of [`Environment`].
+    pub path: PathBuf,
+    /// Multiplies the picture.
+    pub scale: Rgb,
+    /// From the picture's frame; a rotation, with or without a mirroring.
+    pub to_world: Affine3A,
+}
+
+impl Default for EnvironmentLight {
+    fn default() -> EnvironmentLight {
+        EnvironmentLight { path: PathBuf::new(), scale: Rgb::ONE, to_world: Affine3A::from_rotation_y(0.0) }
+    }
+}
+
+impl Fields for EnvironmentLight {
+    fn fields<V: FieldVisitor>(&mut self, visitor: &mut V) -> Result<(), V::Error> {
+        visitor.picture(key("path", "an EXR, linear, in W/(sr·m²)").required(), &mut self.path)?;
+        visitor.color(key("scale", "multiplies the picture"), NOT_NEGATIVE, &mut self.scale)?;
+        let angle = key("rotate_y", "turns it about +y, counter-clockwise seen from above").unit("degrees");
+        let meaning = "from the picture's frame to the world, in the place of `rotate_y`; a translation means nothing";
+        visitor.orientation(angle, key("to_world", meaning).optional(), &mut self.to_world)
+    }
+}
+
+impl LightParameters for EnvironmentLight {
+    const NUMBER: u32 = 1;
+    type Loaded = Box<Environment>;
+
+    fn load(&self, findings: &mut Findings) -> Result<Box<Environment>> {
+        let path = &self.path;
+        let image = read_rgb(path)?;
+        memory::check((image.width * image.height) as u64 * Environment::TABLE_BYTES_PER_PIXEL)
+            .map_err(|shortage| Error::file(path, format!("tables of its pixels {shortage}")))?;
+        findings.pictures.push(canon::texels([image.width, image.height], |canon| canon.array(&image.data)));
+        let (width, height) = (image.width as u32, image.height as u32);
+        let environment = Environment::new(width, height, image.data, self.scale, self.to_world)
+            .map_err(|error| Error::file(path, error.to_string()))?;
+        if environment.negative_pixels > 0 {
+            let n = environment.negative_pixels;
+            let warning = format!("{}: {n} pixels have negative radiance, which counts as 0", path.display());
+            findings.warnings.push(warning);
+        }
+        Ok(Box::new(environment))
+    }
+}
+
+impl LightSource for Box<Environment> {
+    fn checked(self) -> Result<Box<Environment>> {
+        Ok(self)
+    }
+
+    fn power(&self, section: f64) -> f64 {
+        section * self.luminance_integral
+    }
+
+    fn brightness(&self, _scene_radius: f64) -> f64 {
+        self.pixels.iter().map(|p| p.max_element()).fold(0.0, f32::max) as f64
+    }
+
+    /// A power of two leaves the choice of directions as it is.
+    fn scaled(mut self, factor: f64) -> Box<Environment> {
+        self.pixels.iter_mut().for_each(|p| *p = scaled(*p, factor));
+        self.luminance_integral *= factor;
+        self
+    }
+
+    fn sample(&self, _p: Vec3, u_cell: f64, u: [f32; 2]) -> Option<LightSample> {
+        let (wi, radiance, pdf) = Environment::sample(self, u_cell, u)?;
+        Some(LightSample::far(wi, radiance, pdf, false))
+    }
+
+    fn radiance(&self, wi: Vec3) -> Rgb {
+        Environment::radiance(self, wi)
+    }
+
+    fn pdf(&self, wi: Vec3) -> f32 {
+        Environment::pdf(self, wi)
+    }
+}
 
 /// Radiance from far away in every direction, from a picture.
 ///
@@ -19,7 +108,7 @@ use std::f64::consts::{PI, TAU};
 /// uniformly by solid angle within. The density is thus constant in a cell and positive wherever there is radiance, and
 /// has no pole.
 #[derive(Clone, Debug)]
-pub struct Environment {
+pub(crate) struct Environment {
     width: usize,
     height: usize,
     pixels: Vec<Rgb>,
@@ -31,9 +120,10 @@ pub struct Environment {
     cells: Vec<Option<AliasTable>>,
     /// 1/sr, per row: the inverse of one cell's solid angle.
     inverse_solid_angle: Vec<f64>,
-    /// ∫ luminance dω over the sphere.
-    luminance_integral: f64,
-    negative_pixels: usize,
+    /// ∫ luminance dω over the sphere, in W/m² by luminance.
+    pub(super) luminance_integral: f64,
+    /// How many pixels had a component below zero.
+    pub(super) negative_pixels: usize,
 }
 
 /// Where a direction falls: the cell and the position in it, in [0, 1]².
@@ -46,11 +136,11 @@ struct Place {
 
 impl Environment {
     /// What is needed beside the picture to draw its pixels.
-    pub const TABLE_BYTES_PER_PIXEL: u64 = AliasTable::BYTES_PER_BIN;
+    const TABLE_BYTES_PER_PIXEL: u64 = AliasTable::BYTES_PER_BIN;
 
     /// `pixels`: linear radiance, W/(sr·m²), row by row from +y, multiplied by `scale`. `to_world` must be a rotation,
     /// with or without a mirroring; its translation means nothing to a light at infinity. Components below zero, which
-    /// filters leave in pictures, count as zero ([`Self::negative_pixels`]).
+    /// filters leave in pictures, count as zero, and are counted.
     ///
     /// An error where the picture has another size than it says or fewer than two rows, where a number is infinite or
     /// undefined, and where `to_world` scales or shears.
@@ -74,28 +164,6 @@ impl Environment {
         environment.scale_pixels(scale)?;
         environment.build_distribution();
         Ok(environment)
-    }
-
-    /// How many pixels had a component below zero.
-    pub fn negative_pixels(&self) -> usize {
-        self.negative_pixels
-    }
-
-    /// ∫ luminance dω over the sphere, in W/m² by luminance.
-    pub fn luminance_integral(&self) -> f64 {
-        self.luminance_integral
-    }
-
-    /// The largest component of all pixels.
-    pub(super) fn brightest(&self) -> f32 {
-        self.pixels.iter().map(|p| p.max_element()).fold(0.0, f32::max)
-    }
-
-    /// The same with all radiance times `factor`, a power of two, which leaves the choice of directions as it is.
-    pub(super) fn scaled(mut self, factor: f64) -> Environment {
-        self.pixels.iter_mut().for_each(|p| *p = (p.as_dvec3() * factor).as_vec3());
-        self.luminance_integral *= factor;
-        self
     }
 
     /// Radiance from the unit direction `wi` (world space), W/(sr·m²).

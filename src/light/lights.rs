@@ -2,9 +2,10 @@
 
 use super::choice::PowerLightSampler;
 use super::opacity::TriangleOpacity;
+use super::source::LightSource;
 use super::triangle::{AreaLight, EmissiveTriangle, View};
-use super::{Light, LightPoint, LightSample, Rounding, wide_luminance};
-use crate::math::{Rgb, warp};
+use super::{Light, LightSample};
+use crate::math::Rgb;
 use crate::simd::LANES;
 use crate::{Error, Result};
 use glam::Vec3;
@@ -18,7 +19,7 @@ use std::f64::consts::PI;
 /// surroundings (4π²R²·L where constant) and πR²·E for a directional light. Only ratios matter, so a common factor on
 /// all emission changes nothing. Distance and orientation are ignored: far lights get as many samples as near ones.
 #[derive(Clone, Debug)]
-pub struct Lights {
+pub(crate) struct Lights {
     /// Indices of the choice: first the triangles, then `others`.
     triangles: Vec<AreaLight>,
     others: Vec<Light>,
@@ -37,7 +38,7 @@ impl Lights {
     /// `scene_radius`: of a sphere around all surfaces, which sets how far lights at infinity compare with near ones.
     /// Triangles without area or radiance are left out. An error where a number is negative, infinite or undefined, or
     /// where a triangle is named twice.
-    pub fn build(triangles: &[EmissiveTriangle], others: Vec<Light>, scene_radius: f32) -> Result<Lights> {
+    pub(crate) fn build(triangles: &[EmissiveTriangle], others: Vec<Light>, scene_radius: f32) -> Result<Lights> {
         if !(scene_radius.is_finite() && scene_radius >= 0.0) {
             return Err(Error::Scene(format!("the scene has the radius {scene_radius}")));
         }
@@ -56,7 +57,7 @@ impl Lights {
             opacities.push(t.opacity.as_ref().map(|map| TriangleOpacity::new(map, t.triangle)));
         }
         let section = PI * (scene_radius as f64).powi(2);
-        let far = others.iter().map(|light| power(light, section));
+        let far = others.iter().map(|light| light.power(section));
         let mean = |k: usize| opacities[k].as_ref().map_or(1.0, TriangleOpacity::mean);
         let near = lights.iter().zip(&areas).enumerate().map(|(k, (light, &area))| light.power(area) * mean(k));
         let choice = PowerLightSampler::new(&near.chain(far).collect::<Vec<_>>());
@@ -70,6 +71,7 @@ impl Lights {
     }
 
     /// Whether there is nothing to sample.
+    #[cfg(test)]
     pub fn is_empty(&self) -> bool {
         self.choice.is_empty()
     }
@@ -117,24 +119,13 @@ impl Lights {
 
     /// [`Self::sample`] where the choice has fallen on a light that is no triangle.
     fn sample_other(&self, index: usize, rest: f64, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        let (k, pmf) = (index - self.triangles.len(), self.choice.pmf(index));
-        let sample = match &self.others[k] {
-            Light::Point { position, intensity } => sample_point(p, *position, *intensity, pmf),
-            Light::Directional { direction, irradiance } => Some(far_sample(-*direction, *irradiance, pmf, true)),
-            Light::Constant { radiance } => {
-                let wi = warp::square_to_uniform_sphere(u);
-                Some(self.with_others(k, wi, *radiance, pmf * warp::UNIFORM_SPHERE_PDF))
-            }
-            Light::Environment(environment) => {
-                environment.sample(rest, u).map(|(wi, radiance, pdf)| self.with_others(k, wi, radiance, pmf * pdf))
-            }
-        };
-        sample.and_then(usable)
-    }
-
-    /// Radiance that the triangle `light` (from [`Self::triangle_light`]) sends along `wo`, unit, away from it.
-    pub fn triangle_radiance(&self, light: u32, wo: Vec3) -> Rgb {
-        self.triangles[light as usize].radiance(wo)
+        let k = index - self.triangles.len();
+        let mut sample = self.others[k].sample(p, rest, u)?;
+        sample.pdf *= self.choice.pmf(index);
+        if !sample.delta {
+            self.add_others(k, &mut sample);
+        }
+        usable(sample)
     }
 
     /// Density per steradian with which [`Self::sample`] from `p` draws the point `y` of the triangle `light` (from
@@ -160,29 +151,22 @@ impl Lights {
     }
 
     fn pdf_other(&self, k: usize, wi: Vec3) -> f32 {
-        let pdf = match &self.others[k] {
-            Light::Constant { .. } => warp::UNIFORM_SPHERE_PDF,
-            Light::Environment(environment) => environment.pdf(wi),
-            Light::Point { .. } | Light::Directional { .. } => return 0.0,
-        };
-        self.choice.pmf(self.triangles.len() + k) * pdf
+        self.choice.pmf(self.triangles.len() + k) * self.others[k].pdf(wi)
     }
 
-    /// One draw from the mixture of all surroundings: they shine from the same directions, so their radiances and their
-    /// densities add. `radiance` and `pdf` are those of the one that was drawn from.
-    fn with_others(&self, drawn: usize, wi: Vec3, radiance: Rgb, pdf: f32) -> LightSample {
-        let (mut radiance, mut pdf) = (radiance, pdf);
+    /// Makes of a sample of the surroundings `drawn` one of all surroundings: they shine from the same directions, so their
+    /// radiances and their densities add.
+    fn add_others(&self, drawn: usize, sample: &mut LightSample) {
         for (k, light) in self.others.iter().enumerate().filter(|&(k, _)| k != drawn) {
-            radiance += light.radiance(wi);
-            pdf += self.pdf_other(k, wi);
+            sample.radiance += light.radiance(sample.wi);
+            sample.pdf += self.pdf_other(k, sample.wi);
         }
-        far_sample(wi, radiance, pdf, false)
     }
 
     fn sample_triangle(&self, index: usize, p: Vec3, u: [f32; 2]) -> LightSample {
         let light = &self.triangles[index];
         let View { surface, wi, distance, pdf } = light.sample_from(p, u);
-        let radiance = light.emitted() * self.opacity(index, u);
+        let radiance = light.radiance * self.opacity(index, u);
         LightSample { wi, distance, radiance, pdf, delta: false, target: Some(surface) }
     }
 }
@@ -191,32 +175,4 @@ impl Lights {
 #[inline(always)]
 fn usable(sample: LightSample) -> Option<LightSample> {
     (sample.pdf > 0.0 && sample.pdf.is_finite() && sample.radiance.is_finite()).then_some(sample)
-}
-
-/// Luminance of the power in W; `section`: πR² of the scene.
-fn power(light: &Light, section: f64) -> f64 {
-    match light {
-        Light::Constant { radiance } => section * 4.0 * PI * wide_luminance(*radiance),
-        Light::Environment(environment) => section * environment.luminance_integral(),
-        Light::Point { intensity, .. } => 4.0 * PI * wide_luminance(*intensity),
-        Light::Directional { irradiance, .. } => section * wide_luminance(*irradiance),
-    }
-}
-
-fn sample_point(p: Vec3, position: Vec3, intensity: Rgb, pmf: f32) -> Option<LightSample> {
-    let (wi, distance) = unit_and_length(position - p)?;
-    let radiance = intensity / distance / distance;
-    let target = LightPoint { point: position, normal: Vec3::ZERO, error: Rounding::default() };
-    Some(LightSample { wi, distance, radiance, pdf: pmf, delta: true, target: Some(target) })
-}
-
-fn far_sample(wi: Vec3, radiance: Rgb, pdf: f32, delta: bool) -> LightSample {
-    LightSample { wi, distance: f32::INFINITY, radiance, pdf, delta, target: None }
-}
-
-/// Without loss where the square of the length is beyond an `f32`.
-fn unit_and_length(v: Vec3) -> Option<(Vec3, f32)> {
-    let wide = v.as_dvec3();
-    let length = wide.length();
-    (length > 0.0 && length.is_finite()).then(|| ((wide / length).as_vec3(), length as f32))
 }

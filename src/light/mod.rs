@@ -4,70 +4,43 @@
 //! per steradian there. A light is chosen by its power alone, never by where the lit point is ([`Lights`] says how
 //! powers compare), in O(1).
 
+#[macro_use]
+mod list;
+
 mod choice;
-mod description;
+mod constant;
+mod directional;
 mod environment;
 mod lights;
 mod opacity;
+mod point;
 mod samples;
+mod source;
 #[cfg(test)]
 mod tests;
 mod triangle;
 mod unit;
 
-pub use description::LightDescription;
-pub use environment::Environment;
-pub use lights::Lights;
-pub use opacity::EmitterOpacity;
-pub use samples::LightSamples;
-pub use triangle::EmissiveTriangle;
+pub(crate) use lights::Lights;
+pub(crate) use opacity::EmitterOpacity;
+pub(crate) use samples::LightSamples;
+pub(crate) use source::Findings;
+pub(crate) use triangle::EmissiveTriangle;
 pub use unit::LightUnit;
 
+use crate::fields::{FieldVisitor, Fields};
 use crate::geometry::Ray;
 use crate::math::{Rgb, luminance};
 use crate::{Error, Result};
 use glam::Vec3;
+use source::{LightParameters, LightSource};
 
-/// A light that is not a surface.
-#[derive(Clone, Debug)]
-pub enum Light {
-    /// The same `radiance` (W/(sr·m²)) from everywhere.
-    Constant { radiance: Rgb },
-    /// A picture of the surroundings.
-    Environment(Box<Environment>),
-    /// `intensity` in W/sr, the same in all directions.
-    Point { position: Vec3, intensity: Rgb },
-    /// Light travels along `direction` (of any length but zero); `irradiance` in W/m² on a surface that faces it.
-    Directional { direction: Vec3, irradiance: Rgb },
-}
-
-impl Light {
-    /// The light with a unit direction; an error where a number is unusable.
-    fn checked(self) -> Result<Light> {
-        match self {
-            Light::Constant { radiance } => check_light(radiance, true, "a constant light")?,
-            Light::Environment(_) => {}
-            Light::Point { position, intensity } => {
-                check_light(intensity, position.is_finite(), "a point light")?;
-            }
-            Light::Directional { direction, irradiance } => {
-                let unit = direction.as_dvec3().try_normalize();
-                check_light(irradiance, unit.is_some(), "a directional light")?;
-                let direction = unit.map_or(direction, |d| d.as_vec3());
-                return Ok(Light::Directional { direction, irradiance });
-            }
-        }
-        Ok(self)
-    }
-
-    /// Radiance from `wi`, in W/(sr·m²); 0 for delta lights, which no direction meets.
-    fn radiance(&self, wi: Vec3) -> Rgb {
-        match self {
-            Light::Constant { radiance } => *radiance,
-            Light::Environment(environment) => environment.radiance(wi),
-            Light::Point { .. } | Light::Directional { .. } => Rgb::ZERO,
-        }
-    }
+// What a type of light is called in scene files, its parameters, and what samples it.
+lights! {
+    "constant" = Constant(constant::ConstantLight) => constant::ConstantLight;
+    "environment" = Environment(environment::EnvironmentLight) => Box<environment::Environment>;
+    "point" = Point(point::PointLight) => point::PointLight;
+    "directional" = Directional(directional::DirectionalLight) => directional::DirectionalLight;
 }
 
 /// What next-event estimation gets: the contribution of the light is f(wo, wi)·|cosθi|·`radiance`/`pdf` where nothing
@@ -90,6 +63,11 @@ pub struct LightSample {
 }
 
 impl LightSample {
+    /// One of a light at infinity.
+    fn far(wi: Vec3, radiance: Rgb, pdf: f32, delta: bool) -> LightSample {
+        LightSample { wi, distance: f32::INFINITY, radiance, pdf, delta, target: None }
+    }
+
     /// The ray from `origin`, just off the lit surface, that must reach the light.
     #[inline]
     pub fn shadow_ray(&self, origin: Vec3) -> Ray {
@@ -139,6 +117,11 @@ fn check_light(colour: Rgb, usable: bool, what: &str) -> Result<()> {
     } else {
         Err(Error::Scene(format!("{what} has a negative, infinite or undefined number, or no direction")))
     }
+}
+
+/// A colour times a factor that may be beyond an `f32`.
+fn scaled(c: Rgb, factor: f64) -> Rgb {
+    (c.as_dvec3() * factor).as_vec3()
 }
 
 /// Luminance in double precision: powers are summed over lights that may differ by twenty orders of magnitude.

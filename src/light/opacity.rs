@@ -7,7 +7,7 @@ use std::sync::Arc;
 ///
 /// A ray that arrives at a point is stopped there, and sees the emission, with this probability; otherwise it goes on as
 /// if there were no surface. Next-event estimation weighs emission by the same number, so that both have one mean.
-pub trait EmitterOpacity: Send + Sync {
+pub(crate) trait EmitterOpacity: Send + Sync {
     /// In [0, 1]. `weights` are barycentric, of the second and third corner of the triangle as [`EmissiveTriangle`] has
     /// them.
     ///

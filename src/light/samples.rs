@@ -9,7 +9,7 @@ use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
 use glam::Vec3;
 
 /// Up to [`LANES`] draws from [`Lights`]: what [`Lights::sample`] gives one by one, to the last bit.
-pub struct LightSamples {
+pub(crate) struct LightSamples {
     /// Directions to the lights, unit.
     pub wi: Vec3Lanes,
     /// As of [`LightSample`].

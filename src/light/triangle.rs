@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// A triangle that emits the same radiance in all directions of one side, or of both, from wherever it is not seen
 /// through.
 #[derive(Clone)]
-pub struct EmissiveTriangle {
+pub(crate) struct EmissiveTriangle {
     /// Which triangle of which mesh of the scene this is: what a ray reports when it hits.
     pub mesh: u32,
     pub triangle: u32,
@@ -127,16 +127,6 @@ impl AreaLight {
         let facing = self.emitting_cosine(-to_light.dot(self.normal));
         let pdf = self.density * (distance * distance) * (distance / facing);
         if (facing > 0.0) & (pdf <= f32::MAX) { pdf } else { 0.0 }
-    }
-
-    /// Radiance on the side that emits.
-    pub fn emitted(&self) -> Rgb {
-        self.radiance
-    }
-
-    /// Radiance leaving along `wo` (unit, away from the light).
-    pub fn radiance(&self, wo: Vec3) -> Rgb {
-        if self.emitting_cosine(self.normal.dot(wo)) > 0.0 { self.radiance } else { Rgb::ZERO }
     }
 
     #[inline(always)]

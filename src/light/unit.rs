@@ -1,6 +1,7 @@
 //! The unit in which light is reckoned while a scene is rendered.
 
-use super::{EmissiveTriangle, Light};
+use super::source::LightSource;
+use super::{EmissiveTriangle, Light, scaled};
 use crate::math::Rgb;
 use glam::DVec3;
 
@@ -19,33 +20,26 @@ pub struct LightUnit {
 impl LightUnit {
     /// `scene_radius` is that of a sphere around all surfaces: a point light counts as bright as it is seen from that far.
     /// The unit is 1 where nothing emits.
-    pub fn of(triangles: &[EmissiveTriangle], others: &[Light], scene_radius: f32) -> LightUnit {
+    pub(crate) fn of(triangles: &[EmissiveTriangle], others: &[Light], scene_radius: f32) -> LightUnit {
         let near = triangles.iter().map(|t| t.radiance.max_element() as f64);
-        let far = others.iter().map(|light| brightness(light, scene_radius as f64));
+        let far = others.iter().map(|light| light.brightness(scene_radius as f64));
         let brightest = near.chain(far).filter(|b| b.is_finite()).fold(0.0, f64::max);
         LightUnit { exponent: if brightest > 0.0 { brightest.log2().floor() as i32 } else { 0 } }
     }
 
     /// Emission of a light in this unit.
     pub fn divide(self, emission: Rgb) -> Rgb {
-        (emission.as_dvec3() * self.factor(-1)).as_vec3()
+        scaled(emission, self.factor(-1))
     }
 
     /// The light with its emission in this unit.
-    pub fn divide_light(self, light: Light) -> Light {
-        match light {
-            Light::Constant { radiance } => Light::Constant { radiance: self.divide(radiance) },
-            Light::Point { position, intensity } => Light::Point { position, intensity: self.divide(intensity) },
-            Light::Directional { direction, irradiance } => {
-                Light::Directional { direction, irradiance: self.divide(irradiance) }
-            }
-            Light::Environment(environment) => Light::Environment(Box::new(environment.scaled(self.factor(-1)))),
-        }
+    pub(crate) fn divide_light(self, light: Light) -> Light {
+        light.scaled(self.factor(-1))
     }
 
     /// Radiance in W/(sr·m²) of one in this unit; infinite where that is beyond an `f32`.
     pub fn radiance(self, reckoned: Rgb) -> Rgb {
-        (reckoned.as_dvec3() * self.factor(1)).as_vec3()
+        scaled(reckoned, self.factor(1))
     }
 
     /// The same of a square of radiance, which is at most the largest `f32`: a variance may be beyond it where the radiance
@@ -64,19 +58,10 @@ impl LightUnit {
     }
 }
 
-/// The largest component of what a light sends to the scene.
-fn brightness(light: &Light, scene_radius: f64) -> f64 {
-    match light {
-        Light::Constant { radiance } => radiance.max_element() as f64,
-        Light::Environment(environment) => environment.brightest() as f64,
-        Light::Point { intensity, .. } => intensity.max_element() as f64 / scene_radius.powi(2),
-        Light::Directional { irradiance, .. } => irradiance.max_element() as f64,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::{ConstantLight, PointLight};
     use glam::Vec3;
 
     fn unit(light: Light) -> LightUnit {
@@ -86,22 +71,24 @@ mod tests {
     #[test]
     fn the_brightest_light_is_about_one() {
         for radiance in [f32::from_bits(1), 1e-30, 0.5, 1.0, 3.0, 1e20, f32::MAX] {
-            let light = Light::Constant { radiance: Rgb::new(radiance, 0.25 * radiance, 0.0) };
+            let light = Light::from(ConstantLight { radiance: Rgb::new(radiance, 0.25 * radiance, 0.0) });
             let unit = unit(light.clone());
-            let Light::Constant { radiance: reckoned } = unit.divide_light(light) else { unreachable!() };
+            let Light::Constant(ConstantLight { radiance: reckoned }) = unit.divide_light(light) else {
+                unreachable!()
+            };
             assert!((1.0..2.0).contains(&reckoned.x), "{radiance:e} is reckoned as {reckoned}");
             assert_eq!(unit.radiance(reckoned).x, radiance);
             assert_eq!(unit.radiance(Rgb::ONE).x as f64, unit.value());
         }
-        let point = Light::Point { position: Vec3::ZERO, intensity: Rgb::splat(8.0) };
-        assert_eq!(unit(point).value(), 2.0, "8 W/sr seen from a distance of 2");
-        assert_eq!(unit(Light::Constant { radiance: Rgb::ZERO }).value(), 1.0);
+        let point = PointLight { position: Vec3::ZERO, intensity: Rgb::splat(8.0) };
+        assert_eq!(unit(point.into()).value(), 2.0, "8 W/sr seen from a distance of 2");
+        assert_eq!(unit(ConstantLight { radiance: Rgb::ZERO }.into()).value(), 1.0);
         assert_eq!(LightUnit::of(&[], &[], 0.0).value(), 1.0);
     }
 
     #[test]
     fn a_variance_is_never_infinite_and_a_radiance_says_so() {
-        let unit = unit(Light::Constant { radiance: Rgb::splat(1e30) });
+        let unit = unit(ConstantLight { radiance: Rgb::splat(1e30) }.into());
         assert_eq!(unit.squared_radiance(Rgb::splat(0.1)), Rgb::splat(f32::MAX));
         assert_eq!(unit.radiance(Rgb::splat(1e20)), Rgb::INFINITY);
         assert_eq!(unit.squared_radiance(Rgb::ZERO), Rgb::ZERO);

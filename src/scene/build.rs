@@ -84,7 +84,7 @@ fn refused(location: Option<&SourceLocation>, message: String) -> Error {
 /// An error without a place is one of the scene's model, where there is nothing but that.
 fn of_model(error: Error, description: &SceneDescription) -> Error {
     match (error, &*description.meshes) {
-        (Error::Scene(message), [model]) => Error::file(&model.path, message),
+        (Error::Scene(message), [model]) => model.source.error(message),
         (error, _) => error,
     }
 }

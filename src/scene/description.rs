@@ -1,14 +1,14 @@
 //! A scene as written, before anything is loaded: every reader ends here, [`super::Scene`] begins here.
 
-use crate::bsdf::BsdfDescription;
+use super::model::MeshSource;
+use crate::bsdf::{BsdfDescription, DiffuseParameters};
 use crate::error::SourceLocation;
 use crate::film::FilmSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::texture::{ColorTexture, ScalarTexture};
+use crate::texture::ScalarTexture;
 use glam::{Affine3A, Vec3};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 /// A whole scene as written. Paths are already resolved against the file that names them.
 #[derive(Clone, Debug, Default)]
@@ -36,12 +36,12 @@ pub struct CameraDescription {
     pub mirrored: bool,
 }
 
-/// A file of triangles and where it stands.
+/// A model and where it stands.
 #[derive(Clone, Debug)]
 pub struct MeshDescription {
-    pub path: PathBuf,
+    pub source: MeshSource,
     pub transform: Affine3A,
-    /// Replaces every material of the file.
+    /// Replaces every material of the model.
     pub material: Option<String>,
     /// The mesh is part of this group and seen only where an instance of the group stands; `transform` then places it
     /// within the group.
@@ -78,7 +78,7 @@ pub struct MaterialDescription {
 impl Default for MaterialDescription {
     fn default() -> MaterialDescription {
         MaterialDescription {
-            bsdf: BsdfDescription::Diffuse { reflectance: ColorTexture::Constant(Rgb::splat(0.5)) },
+            bsdf: DiffuseParameters::default().into(),
             two_sided: true,
             opacity: None,
             emission: Rgb::ZERO,

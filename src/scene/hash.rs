@@ -8,17 +8,17 @@
 
 use super::description::{CameraDescription, MaterialDescription, SceneDescription};
 use crate::Result;
+use crate::fields::Fields;
 use crate::film::{FilmSettings, Filter};
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{Attribute, Indices};
 use crate::io::canon::Canon;
-use crate::light::LightDescription;
-mod surface;
+mod fields;
 
 use bytemuck::NoUninit;
+use fields::CanonicalFields;
 use glam::Affine3A;
 use std::path::Path;
-use surface::Surface;
 
 /// Begins all that is hashed. Its version changes with what is hashed and how.
 const SCENE: &[u8] = b"phototaxis scene 1\0";
@@ -81,10 +81,14 @@ pub(super) fn content(description: &SceneDescription, content: Content) -> Resul
         canon.transform(instance.transform);
     }
     canon.u64(materials.len() as u64);
-    materials.iter().try_for_each(|m| Surface { canon: &mut canon, picture }.material(m))?;
+    materials.iter().try_for_each(|m| CanonicalFields { canon: &mut canon, picture }.material(m))?;
     canon.u64(description.lights.len() as u64);
     let mut environments = environments.iter();
-    description.lights.iter().for_each(|l| light(&mut canon, l, &mut environments));
+    for light in &description.lights {
+        canon.u32(light.number());
+        let picture = &mut |_: &Path| Ok(*environments.next().expect("each picture of a light has been loaded"));
+        light.clone().fields(&mut CanonicalFields { canon: &mut canon, picture })?;
+    }
     Ok(canon.finish())
 }
 
@@ -117,31 +121,6 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
         Filter::Gaussian => 2,
     });
     canon.finish()
-}
-
-fn light<'a>(canon: &mut Canon, light: &LightDescription, environments: &mut impl Iterator<Item = &'a u64>) {
-    match light {
-        LightDescription::Environment { path: _, scale, to_world } => {
-            canon.u32(1);
-            canon.u64(*environments.next().expect("each picture of the surroundings has been loaded"));
-            canon.vector(*scale);
-            canon.transform(*to_world);
-        }
-        LightDescription::Constant { radiance } => {
-            canon.u32(2);
-            canon.vector(*radiance);
-        }
-        LightDescription::Point { position, intensity } => {
-            canon.u32(3);
-            canon.vector(*position);
-            canon.vector(*intensity);
-        }
-        LightDescription::Directional { direction, irradiance } => {
-            canon.u32(4);
-            canon.vector(*direction);
-            canon.vector(*irradiance);
-        }
-    }
 }
 
 #[cfg(test)]

@@ -47,8 +47,8 @@ impl Material {
         for (k, texture) in color_textures(&description.bsdf).into_iter().enumerate() {
             match texture {
                 None => {}
-                Some(ColorTexture::Constant(color)) => colors[k] = *color,
-                Some(ColorTexture::Image(image)) => maps[k] = Some(cache.resolve(image)?),
+                Some(ColorTexture::Constant(color)) => colors[k] = color,
+                Some(ColorTexture::Image(image)) => maps[k] = Some(cache.resolve(&image)?),
             }
         }
         let opacity = match &description.opacity {
@@ -138,7 +138,7 @@ impl Material {
 }
 
 /// The test that Embree asks about a mesh, where any of its materials is seen through.
-pub fn opacity_test(
+pub(super) fn opacity_test(
     mesh: &Arc<Mesh>,
     materials: &Arc<Vec<Material>>,
     textures: &Arc<Vec<Texture>>,
@@ -148,7 +148,7 @@ pub fn opacity_test(
 }
 
 /// The opacity of a mesh's emissive triangles, where they stand `mirrored` or not.
-pub fn emitter_opacity(
+pub(super) fn emitter_opacity(
     mesh: &Arc<Mesh>,
     materials: &Arc<Vec<Material>>,
     textures: &Arc<Vec<Texture>>,

@@ -1,18 +1,20 @@
 //! From files to an immutable scene.
 
+mod assets;
 mod build;
 mod camera;
 pub mod description;
-mod far_lights;
+mod emitters;
 mod hash;
 mod instances;
 mod load;
 pub mod material;
+pub mod model;
 pub mod obj;
 
-pub use camera::Camera;
 #[cfg(feature = "lab")]
-pub(crate) use load::LoadedAssets;
+pub(crate) use assets::LoadedAssets;
+pub use camera::Camera;
 
 use crate::bsdf::Bsdf;
 use crate::embree;
@@ -110,7 +112,7 @@ impl Scene {
     }
 
     #[inline]
-    pub fn lights(&self) -> &Lights {
+    pub(crate) fn lights(&self) -> &Lights {
         &self.lights
     }
 

@@ -10,6 +10,13 @@ pub enum ColorTexture {
     Image(ImageTexture),
 }
 
+impl ColorTexture {
+    /// The same grey everywhere.
+    pub(crate) const fn grey(value: f32) -> ColorTexture {
+        ColorTexture::Constant(Rgb::splat(value))
+    }
+}
+
 /// A number, constant or from a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ScalarTexture {

@@ -1,7 +1,7 @@
 //! Scaling all emission scales the picture and changes nothing else: no decision goes by an absolute radiance.
 
 use crate::common::{Loaded, build, describe, mean_color, own_path, scale_emission};
-use phototaxis::bsdf::BsdfDescription;
+use phototaxis::bsdf::{BsdfDescription, DiffuseParameters};
 use phototaxis::film::Combine;
 use phototaxis::film::accumulate::Estimate;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
@@ -17,7 +17,7 @@ const SMALL: [&str; 3] = ["film.width=32", "film.height=24", "render.spp=46"];
 /// A scene of ours, its light scaled.
 fn scaled(name: &str, lamp: &str, emission: Rgb, scale: f32) -> Loaded {
     let mut description = describe(&own_path(name), &SMALL);
-    let black = BsdfDescription::Diffuse { reflectance: ColorTexture::Constant(Rgb::ZERO) };
+    let black = BsdfDescription::Diffuse(DiffuseParameters { reflectance: ColorTexture::Constant(Rgb::ZERO) });
     let material = MaterialDescription { bsdf: black, emission, ..MaterialDescription::default() };
     scale_emission(&mut description, scale, &[(lamp, material)]);
     build(&description)

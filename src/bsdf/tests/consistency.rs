@@ -133,6 +133,21 @@ fn traits_of_the_kinds() {
 }
 
 #[test]
+fn every_type_of_the_list_is_whole() {
+    let mut numbers = std::collections::BTreeSet::new();
+    for &(name, kind) in BsdfType::NAMES {
+        let mut description = kind.bsdf();
+        assert_eq!((kind.name(), description.bsdf_type()), (name, kind));
+        assert!(numbers.insert(description.number()), "{name} has the number of another type");
+        let model = BsdfModel::new(&description, true, &mut CoatTables::default()).unwrap();
+        assert_eq!(model.at([Rgb::ONE; 2]).kind().traits().1, kind.is_opaque(), "{name}");
+        let mut textures = 0;
+        crate::fields::each_texture(&mut description, |_| textures += 1);
+        assert!(textures <= 2, "{name} has more textures than a BSDF has colours");
+    }
+}
+
+#[test]
 fn nothing_is_infinite_at_the_edges() {
     let edge = [0.0, 1e-7, 0.5, crate::math::ONE_MINUS_EPSILON];
     let mut materials = smooth_materials();
@@ -169,16 +184,19 @@ fn nothing_is_infinite_at_the_edges() {
 
 #[test]
 fn parameters_out_of_their_domain_are_refused() {
-    let metal =
-        |eta_k, alpha| BsdfDescription::Conductor { eta_k, specular_reflectance: WHITE, alpha, distribution: Ggx };
-    let glass = |int_ior, alpha, thin| BsdfDescription::Dielectric {
-        int_ior,
-        ext_ior: 1.0,
-        specular_reflectance: Rgb::ONE,
-        specular_transmittance: Rgb::ONE,
-        alpha,
-        distribution: Ggx,
-        thin,
+    let metal = |eta_k, alpha| {
+        BsdfDescription::Conductor(ConductorParameters { eta_k, specular_reflectance: WHITE, alpha, distribution: Ggx })
+    };
+    let glass = |int_ior, alpha, thin| {
+        BsdfDescription::Dielectric(DielectricParameters {
+            int_ior,
+            ext_ior: 1.0,
+            specular_reflectance: Rgb::ONE,
+            specular_transmittance: Rgb::ONE,
+            alpha,
+            distribution: Ggx,
+            thin,
+        })
     };
     for bad in [
         metal(None, -0.1),

@@ -164,7 +164,13 @@ fn light_may_take_any_path_backwards() {
 #[test]
 fn principled_gains_no_more_than_burleys_lobes_do() {
     // known excess of the model: retro-reflection and sheen of a white, rough, dielectric base at grazing angles
-    let worst = PrincipledParameters { roughness: 1.0, specular: 0.5, sheen: 1.0, ..PrincipledParameters::default() };
+    let worst = PrincipledParameters {
+        roughness: 1.0,
+        specular: 0.5,
+        sheen: 1.0,
+        sheen_tint: 0.0,
+        ..PrincipledParameters::default()
+    };
     let excess = principled(worst).colored(Rgb::ONE, Rgb::ZERO);
     let cases = [(principled(TILES), 1.0), (principled(ALL_LOBES), 1.05), (excess, 1.6)];
     for (material, most) in &cases {

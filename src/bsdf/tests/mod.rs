@@ -7,8 +7,11 @@ mod lanes;
 mod reference;
 
 use super::*;
-use crate::bsdf::BsdfDescription;
 use crate::bsdf::MicrofacetDistribution::{self, Beckmann, Ggx};
+use crate::bsdf::{
+    BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, DiffuseTransmitterParameters,
+    NullParameters, PlasticParameters, PrincipledParameters,
+};
 use crate::texture::ColorTexture;
 
 const WHITE: ColorTexture = ColorTexture::Constant(Rgb::ONE);
@@ -47,22 +50,28 @@ fn polar(theta: f32, phi: f32) -> Vec3 {
 const COPPER: (Rgb, Rgb) = (Rgb::new(0.200_438, 0.924_033, 1.102_21), Rgb::new(3.912_95, 2.452_85, 2.142_19));
 
 fn diffuse() -> Material {
-    let description = BsdfDescription::Diffuse { reflectance: WHITE };
+    let description = BsdfDescription::Diffuse(DiffuseParameters { reflectance: WHITE });
     Material::new("diffuse", description, true).colored(Rgb::new(0.8, 0.5, 0.2), Rgb::ZERO)
 }
 
 fn transmitter() -> Material {
-    let description = BsdfDescription::DiffuseTransmitter { reflectance: WHITE, transmittance: WHITE };
+    let description =
+        BsdfDescription::DiffuseTransmitter(DiffuseTransmitterParameters { reflectance: WHITE, transmittance: WHITE });
     Material::new("transmitter", description, false).colored(Rgb::new(0.5, 0.4, 0.1), Rgb::new(0.3, 0.1, 0.2))
 }
 
 fn conductor(eta_k: Option<(Rgb, Rgb)>, kind: MicrofacetDistribution, alpha: f32) -> Material {
-    let description = BsdfDescription::Conductor { eta_k, specular_reflectance: WHITE, alpha, distribution: kind };
+    let description = BsdfDescription::Conductor(ConductorParameters {
+        eta_k,
+        specular_reflectance: WHITE,
+        alpha,
+        distribution: kind,
+    });
     Material::new(format!("conductor {kind:?} {alpha}"), description, true)
 }
 
 fn dielectric(ior: f32, kind: MicrofacetDistribution, alpha: f32, thin: bool) -> Material {
-    let description = BsdfDescription::Dielectric {
+    let description = BsdfDescription::Dielectric(DielectricParameters {
         int_ior: ior,
         ext_ior: 1.0,
         specular_reflectance: Rgb::ONE,
@@ -70,12 +79,12 @@ fn dielectric(ior: f32, kind: MicrofacetDistribution, alpha: f32, thin: bool) ->
         alpha,
         distribution: kind,
         thin,
-    };
+    });
     Material::new(format!("dielectric {ior} {kind:?} {alpha} {thin}"), description, false)
 }
 
 fn plastic(kind: MicrofacetDistribution, alpha: f32, nonlinear: bool, specular: Rgb) -> Material {
-    let description = BsdfDescription::Plastic {
+    let description = BsdfDescription::Plastic(PlasticParameters {
         reflectance: WHITE,
         specular_reflectance: specular,
         int_ior: 1.5,
@@ -83,28 +92,18 @@ fn plastic(kind: MicrofacetDistribution, alpha: f32, nonlinear: bool, specular: 
         alpha,
         distribution: kind,
         nonlinear,
-    };
+    });
     Material::new(format!("plastic {kind:?} {alpha} {nonlinear}"), description, true)
         .colored(Rgb::new(0.8, 0.4, 0.1), Rgb::ZERO)
 }
 
 fn principled(set: PrincipledParameters) -> Material {
-    let description = BsdfDescription::Principled {
-        base_color: WHITE,
-        metallic: set.metallic,
-        roughness: set.roughness,
-        specular: set.specular,
-        spec_tint: set.spec_tint,
-        clearcoat: set.clearcoat,
-        clearcoat_gloss: set.clearcoat_gloss,
-        sheen: set.sheen,
-        sheen_tint: set.sheen_tint,
-    };
-    Material::new(format!("{set:?}"), description, true).colored(Rgb::new(0.8, 0.4, 0.1), Rgb::ZERO)
+    Material::new(format!("{set:?}"), set.into(), true).colored(Rgb::new(0.8, 0.4, 0.1), Rgb::ZERO)
 }
 
 /// The floor of the staircase scene.
 const TILES: PrincipledParameters = PrincipledParameters {
+    base_color: WHITE,
     metallic: 0.745_455,
     roughness: 0.5,
     specular: 0.5,
@@ -117,6 +116,7 @@ const TILES: PrincipledParameters = PrincipledParameters {
 
 /// Every lobe of the principled model at once.
 const ALL_LOBES: PrincipledParameters = PrincipledParameters {
+    base_color: WHITE,
     metallic: 0.2,
     roughness: 0.3,
     specular: 0.7,
@@ -152,7 +152,7 @@ fn delta_materials() -> Vec<Material> {
         conductor(None, Ggx, 0.0),
         dielectric(1.5, Ggx, 0.0, false),
         dielectric(1.5, Ggx, 0.0, true),
-        Material::new("null", BsdfDescription::Null, false),
+        Material::new("null", BsdfDescription::Null(NullParameters), false),
     ]
 }
 

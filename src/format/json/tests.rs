@@ -1,8 +1,8 @@
 use super::*;
-use crate::bsdf::BsdfDescription;
+use crate::bsdf::{BsdfDescription, ConductorParameters, DiffuseParameters, PlasticParameters};
 use crate::film::Filter;
 use crate::format::load;
-use crate::light::LightDescription;
+use crate::light::{ConstantLight, EnvironmentLight, LightDescription};
 use crate::scene::description::*;
 use crate::texture::ColorTexture;
 use glam::Vec3;
@@ -36,14 +36,14 @@ fn small(from: &str, to: &str) -> Result<(SceneDescription, Vec<String>)> {
 #[test]
 fn camera_and_lights_are_read() {
     let (scene, warnings) = small("", "").unwrap();
-    assert_eq!(scene.meshes[0].path, Path::new("dir/scene.obj"));
+    assert_eq!(scene.meshes[0].source.path(), Some(Path::new("dir/scene.obj")));
     let camera = scene.camera.unwrap();
     assert_eq!((camera.target, camera.vfov), (Vec3::new(0.0, 1.0, 4.0), 30.0));
     assert!(camera.mirrored);
     assert_eq!((scene.film.width, scene.film.height, scene.film.filter), (64, 32, Filter::Box));
-    let LightDescription::Environment { path, .. } = &scene.lights[0] else { panic!() };
+    let LightDescription::Environment(EnvironmentLight { path, .. }) = &scene.lights[0] else { panic!() };
     assert_eq!(path, Path::new("dir/sky.exr"));
-    assert_eq!(scene.lights[1], LightDescription::Constant { radiance: Rgb::splat(2.0) });
+    assert_eq!(scene.lights[1], LightDescription::Constant(ConstantLight { radiance: Rgb::splat(2.0) }));
     let expected = [
         "material `Car`: `anisotropic` is taken for 0",
         "material `Lamp` emits [1, 2, 3], but its emitter says [1, 2, 4]: the material counts",
@@ -56,14 +56,18 @@ fn camera_and_lights_are_read() {
 fn materials_are_read_as_mitsuba_means_them() {
     let (scene, _) = small("", "").unwrap();
     let wall = &scene.materials["Wall"];
-    let BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } = &wall.bsdf else { panic!() };
+    let BsdfDescription::Diffuse(DiffuseParameters { reflectance: ColorTexture::Image(image) }) = &wall.bsdf else {
+        panic!()
+    };
     assert_eq!((image.path.as_path(), image.nearest), (Path::new("dir/t/a.png"), true));
     assert!(wall.two_sided);
     let lamp = &scene.materials["Lamp"];
     assert_eq!((lamp.emission, lamp.emission_two_sided), (Rgb::new(1.0, 2.0, 3.0), false));
-    let BsdfDescription::Conductor { eta_k, .. } = scene.materials["Steel"].bsdf else { panic!() };
+    let BsdfDescription::Conductor(ConductorParameters { eta_k, .. }) = scene.materials["Steel"].bsdf else { panic!() };
     assert_eq!(eta_k, None);
-    let BsdfDescription::Plastic { alpha, nonlinear, .. } = scene.materials["Shiny"].bsdf else { panic!() };
+    let BsdfDescription::Plastic(PlasticParameters { alpha, nonlinear, .. }) = scene.materials["Shiny"].bsdf else {
+        panic!()
+    };
     assert!((alpha - 0.2).abs() < 1e-6 && !nonlinear, "{alpha}");
 }
 
@@ -104,15 +108,16 @@ fn scenes() -> Option<PathBuf> {
 }
 
 fn assert_files_exist(scene: &SceneDescription) {
-    let mesh = &scene.meshes[0].path;
+    let mesh = scene.meshes[0].source.path().unwrap();
     assert!(mesh.is_file(), "{}", mesh.display());
     for material in scene.materials.values() {
-        if let BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } = &material.bsdf {
+        if let BsdfDescription::Diffuse(DiffuseParameters { reflectance: ColorTexture::Image(image) }) = &material.bsdf
+        {
             assert!(image.path.is_file(), "{}", image.path.display());
         }
     }
     for light in &scene.lights {
-        let LightDescription::Environment { path, .. } = light else { panic!("{light:?}") };
+        let LightDescription::Environment(EnvironmentLight { path, .. }) = light else { panic!("{light:?}") };
         assert!(path.is_file(), "{}", path.display());
     }
 }

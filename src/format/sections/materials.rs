@@ -3,7 +3,7 @@
 use super::scattering::{KINDS, Kind, kinds_with};
 use super::textures::scalar;
 use crate::document::suggest::{list, nearest};
-use crate::document::{At, Entry, Fault, NOT_NEGATIVE, Node, Reader};
+use crate::document::{At, Entry, Fault, Key, NOT_NEGATIVE, Node, Reader, key};
 use crate::scene::description::MaterialDescription;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -33,22 +33,42 @@ pub(in crate::format) fn material(
     current: Option<&MaterialDescription>,
     base: &Path,
 ) -> Result<Option<(Kind, MaterialDescription)>, Fault> {
-    let chosen = t.chosen("type", KINDS)?;
-    let Some(kind) = chosen.or(current.map(|m| Kind::of(&m.bsdf))) else { return Ok(None) };
+    let chosen = chosen_type(t)?;
+    let Some(kind) = chosen.or(current.map(|m| m.bsdf.bsdf_type())) else { return Ok(None) };
     let mut m = current.cloned().unwrap_or_default();
     if chosen.is_some() {
         m.bsdf = kind.bsdf();
     }
     kind.read(t, &mut m.bsdf, base)?;
-    if kind.is_opaque() {
-        t.flag("two_sided", &mut m.two_sided)?;
-    }
-    if kind != Kind::Null {
-        scalar(t, "opacity", base, &mut m.opacity)?;
-    }
-    t.color("emission", NOT_NEGATIVE, &mut m.emission)?;
-    t.flag("emission_two_sided", &mut m.emission_two_sided)?;
+    common(t, kind, &mut m, base)?;
     Ok(Some((kind, m)))
+}
+
+/// `type`, which must be there for a material that is new.
+pub(in crate::format) fn chosen_type(t: &mut Reader) -> Result<Option<Kind>, Fault> {
+    let key = Key { default: Some("required"), ..key("type", "how it scatters: one of the types below") };
+    t.chosen(key, KINDS)
+}
+
+/// The keys that every type has, or nearly so.
+pub(in crate::format) fn common(
+    t: &mut Reader,
+    kind: Kind,
+    m: &mut MaterialDescription,
+    base: &Path,
+) -> Result<(), Fault> {
+    if kind.is_opaque() {
+        let meaning = "of opaque types: scatters alike on both sides; else its back is black";
+        t.flag(key("two_sided", meaning), &mut m.two_sided)?;
+    }
+    if kind.is_surface() {
+        let meaning =
+            "share of light that is stopped, the rest goes straight on; of the emission, the same share is seen";
+        scalar(t, key("opacity", meaning), base, &mut m.opacity)?;
+    }
+    let emission = key("emission", "radiance that leaves the side from which the face winds counter-clockwise");
+    t.color(emission.unit("W/(sr·m²)"), NOT_NEGATIVE, &mut m.emission)?;
+    t.flag(key("emission_two_sided", "the other side emits too"), &mut m.emission_two_sided)
 }
 
 /// A key of another type is known, so it deserves a better word than "unknown".

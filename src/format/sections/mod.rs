@@ -2,10 +2,10 @@
 //! command line's overrides are read by the same code as the file.
 
 pub(super) mod camera;
+mod fields;
 pub(super) mod guiding;
 pub(super) mod materials;
 pub(super) mod scattering;
-
 pub(super) mod textures;
 pub(super) mod world;
 

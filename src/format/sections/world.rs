@@ -1,30 +1,35 @@
 //! `[[mesh]]`, `[[instance]]` and `[[light]]`: what stands in the world, and where.
 
-use super::camera::needs;
+use super::fields::KeyReader;
 use crate::document::suggest::unknown;
-use crate::document::{At, Bounds, COORDINATE, FINITE, Fault, NOT_NEGATIVE, Node, Reader, Value};
-use crate::light::LightDescription;
-use crate::math::Rgb;
+use crate::document::{At, Bounds, COORDINATE, FINITE, Fault, Key, Node, Reader, Value, key};
+use crate::fields::Fields;
+use crate::light::{LightDescription, LightType};
 use crate::scene::description::{InstanceDescription, MeshDescription};
-use glam::{Affine3A, DMat3, DVec3, Mat3A, Quat, Vec3, Vec3A};
+use crate::scene::model::MeshSource;
+use glam::{Affine3A, DVec3, Mat3A, Quat, Vec3, Vec3A};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const SCALE: Bounds = Bounds::new(|x| x != 0.0 && x.abs() <= 1e18, "other than 0 and between -1e18 and 1e18");
 
 pub(in crate::format) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescription, Fault> {
-    let path = t.take("path").map(|n| n.path("path", base)).transpose()?;
+    let path = t.path(key("path", "an OBJ file").required(), base)?.unwrap_or_default();
     let transform = transform(t)?;
-    let material = t.take("material").map(|n| n.string("material").map(String::from)).transpose()?;
-    let group = t.take("group").map(|n| n.string("group").map(String::from)).transpose()?;
-    Ok(MeshDescription { path: path.ok_or_else(|| t.missing("path"))?, transform, material, group, location: None })
+    let material = t.string(key("material", "replaces every material of the file").optional())?;
+    let meaning = "makes the mesh part of this group: it is seen only where an `[[instance]]` of the group stands, and the \
+                   keys above place it within the group";
+    let group = t.string(key("group", meaning).optional())?;
+    Ok(MeshDescription { source: MeshSource::File(path), transform, material, group, location: None })
 }
 
 /// `meshes`: all of the scene, whose groups are the ones there are.
 pub(in crate::format) fn instance(t: &mut Reader, meshes: &[MeshDescription]) -> Result<InstanceDescription, Fault> {
-    let group = t.take("group");
+    let group = t.ask(key("group", "the `group` of a `[[mesh]]`").required(), "string", "", "")?;
     let transform = transform(t)?;
-    let group = group.ok_or_else(|| t.missing("group"))?;
+    let Some(group) = group else {
+        return Ok(InstanceDescription { group: String::new(), transform, location: None });
+    };
     let name = group.string("group")?;
     let known: BTreeSet<&str> = meshes.iter().filter_map(|mesh| mesh.group.as_deref()).collect();
     if known.is_empty() {
@@ -38,9 +43,11 @@ pub(in crate::format) fn instance(t: &mut Reader, meshes: &[MeshDescription]) ->
 
 /// `matrix`, or `scale`, `rotate` and `translate`.
 fn transform(t: &mut Reader) -> Result<Affine3A, Fault> {
-    let matrix = t.take("matrix");
     let steps = steps(t)?;
-    let transform = match matrix {
+    let meaning =
+        "row by row, for column vectors; the last row, 0, 0, 0, 1, may be left out; excludes the three before";
+    let matrix = key("matrix", meaning).optional();
+    let transform = match t.ask(matrix, "16 numbers or 4 rows of 4", "", "determinant not 0")? {
         None => steps,
         Some(node) => {
             if ["translate", "rotate", "scale"].iter().any(|k| t.has(k)) {
@@ -62,33 +69,37 @@ pub(in crate::format) fn transform_at(t: &Reader) -> At {
 /// Scale, then rotate, then translate.
 fn steps(t: &mut Reader) -> Result<Affine3A, Fault> {
     let (mut translate, mut rotate, mut scale) = (Vec3::ZERO, Quat::IDENTITY, Vec3::ONE);
-    t.vector("translate", COORDINATE, &mut translate)?;
-    if let Some(node) = t.take("rotate") {
+    let stretch =
+        key("scale", "comes first; a negative one mirrors, and normals and the side that emits keep their meaning");
+    t.factors(stretch, SCALE, &mut scale)?;
+    if let Some(node) =
+        t.ask(key("rotate", "comes second: a table of `axis` and `angle`").optional(), "table", "", "")?
+    {
         let mut r = Reader::new(format!("`rotate` of {}", t.label()), node)?;
         rotate = rotation(&mut r)?;
         r.finish()?;
     }
-    t.color("scale", SCALE, &mut scale)?;
+    t.vector(key("translate", "comes last").unit("length"), COORDINATE, &mut translate)?;
     Ok(Affine3A::from_scale_rotation_translation(scale, rotate, translate))
 }
 
 /// Degrees, counter-clockwise when the axis points at the viewer.
 pub(in crate::format) fn rotation(t: &mut Reader) -> Result<Quat, Fault> {
-    let (mut axis, mut angle) = (Vec3::ZERO, 0.0);
-    t.vector("axis", COORDINATE, &mut axis)?;
-    t.number("angle", FINITE, &mut angle)?;
-    needs(t, &["axis", "angle"])?;
+    let (mut axis, mut angle) = (Vec3::Y, 0.0);
+    t.vector(key("axis", "about which it turns; not zero").required(), COORDINATE, &mut axis)?;
+    let meaning = "counter-clockwise when the axis points at the viewer";
+    t.number(key("angle", meaning).unit("degrees").required(), FINITE, &mut angle)?;
     Ok(Quat::from_axis_angle(unit(t, "axis", axis)?, angle.to_radians()))
 }
 
 /// The unit vector along `v`, which was read from `key`.
-fn unit(t: &Reader, key: &str, v: Vec3) -> Result<Vec3, Fault> {
+pub(super) fn unit(t: &Reader, key: &str, v: Vec3) -> Result<Vec3, Fault> {
     let zero = || Fault::new(t.place(&[key]), format!("`{key}` must not be zero"));
     v.as_dvec3().try_normalize().map(|v| v.as_vec3()).ok_or_else(zero)
 }
 
 /// 16 numbers row by row, flat or as four rows; the last row is 0 0 0 1 and may be left out.
-fn affine(node: &Node, key: &str) -> Result<Affine3A, Fault> {
+pub(super) fn affine(node: &Node, key: &str) -> Result<Affine3A, Fault> {
     let mut m = [0.0; 16];
     m[15] = 1.0;
     match &node.value {
@@ -129,66 +140,21 @@ fn check_regular(t: &Reader, transform: &Affine3A) -> Result<(), Fault> {
     Err(Fault::new(at, "this transform flattens what it moves: its determinant is 0"))
 }
 
-type ReadLight = fn(&mut Reader, &Path) -> Result<LightDescription, Fault>;
-
-/// A light's `type` and what reads its other keys.
-pub(in crate::format) const LIGHTS: &[(&str, ReadLight)] =
-    &[("constant", constant), ("environment", environment), ("point", point), ("directional", directional)];
-
 pub(in crate::format) fn light(t: &mut Reader, base: &Path) -> Result<LightDescription, Fault> {
-    let read = t.chosen("type", LIGHTS)?.ok_or_else(|| t.missing("type"))?;
-    read(t, base)
+    let kind = light_type(t)?.ok_or_else(|| t.missing("type"))?;
+    kind.read(t, base)
 }
 
-fn constant(t: &mut Reader, _: &Path) -> Result<LightDescription, Fault> {
-    let mut radiance = Rgb::ZERO;
-    t.color("radiance", NOT_NEGATIVE, &mut radiance)?;
-    needs(t, &["radiance"])?;
-    Ok(LightDescription::Constant { radiance })
+pub(in crate::format) fn light_type(t: &mut Reader) -> Result<Option<LightType>, Fault> {
+    let key = Key { default: Some("required"), ..key("type", "what kind of light it is: one of the types below") };
+    t.chosen(key, LightType::NAMES)
 }
 
-fn environment(t: &mut Reader, base: &Path) -> Result<LightDescription, Fault> {
-    let path: Option<PathBuf> = t.take("path").map(|n| n.path("path", base)).transpose()?;
-    let mut scale = Rgb::ONE;
-    t.color("scale", NOT_NEGATIVE, &mut scale)?;
-    let mut degrees = 0.0;
-    t.number("rotate_y", FINITE, &mut degrees)?;
-    let to_world = match t.take("to_world") {
-        None => Affine3A::from_rotation_y(degrees.to_radians()),
-        Some(node) if t.has("rotate_y") => {
-            return Err(Fault::new(node.at, "`to_world` and `rotate_y` exclude each other"));
-        }
-        Some(node) => orientation(&node, "to_world")?,
-    };
-    let path = path.ok_or_else(|| t.missing("path"))?;
-    Ok(LightDescription::Environment { path, scale, to_world })
-}
-
-/// A matrix that keeps lengths and angles; translation means nothing infinitely far away and is dropped.
-fn orientation(node: &Node, key: &str) -> Result<Affine3A, Fault> {
-    let mut transform = affine(node, key)?;
-    transform.translation = Vec3A::ZERO;
-    let [x, y, z] = columns(&transform);
-    let m = DMat3::from_cols(x, y, z);
-    if (m.transpose() * m).abs_diff_eq(DMat3::IDENTITY, 1e-4) {
-        return Ok(transform);
+impl LightType {
+    /// Reads the type's own keys.
+    pub fn read(self, table: &mut Reader, base: &Path) -> Result<LightDescription, Fault> {
+        let mut light = self.light();
+        light.fields(&mut KeyReader { table, base })?;
+        Ok(light)
     }
-    Err(Fault::new(node.at, format!("`{key}` must be a rotation, with or without a reflection")))
-}
-
-fn point(t: &mut Reader, _: &Path) -> Result<LightDescription, Fault> {
-    let (mut position, mut intensity) = (Vec3::ZERO, Rgb::ZERO);
-    t.vector("position", COORDINATE, &mut position)?;
-    t.color("intensity", NOT_NEGATIVE, &mut intensity)?;
-    needs(t, &["position", "intensity"])?;
-    Ok(LightDescription::Point { position, intensity })
-}
-
-fn directional(t: &mut Reader, _: &Path) -> Result<LightDescription, Fault> {
-    let (mut direction, mut irradiance) = (Vec3::ZERO, Rgb::ZERO);
-    t.vector("direction", COORDINATE, &mut direction)?;
-    t.color("irradiance", NOT_NEGATIVE, &mut irradiance)?;
-    needs(t, &["direction", "irradiance"])?;
-    let direction = unit(t, "direction", direction)?;
-    Ok(LightDescription::Directional { direction, irradiance })
 }

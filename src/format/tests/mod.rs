@@ -2,11 +2,11 @@ mod faults;
 mod reference_page;
 
 use super::*;
-use crate::bsdf::BsdfDescription;
+use crate::bsdf::{BsdfDescription, ConductorParameters, MirrorParameters, PlasticParameters};
 use crate::film::{FilmSettings, Filter};
 use crate::guiding::settings::GuidingSettings;
 use crate::integrator::{IntegratorSettings, Roulette};
-use crate::light::LightDescription;
+use crate::light::{DirectionalLight, EnvironmentLight, LightDescription};
 use crate::math::Rgb;
 use crate::scene::description::*;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
@@ -74,18 +74,18 @@ fn the_whole_file_is_read() {
     assert_eq!((camera.origin, camera.up, camera.vfov), (Vec3::new(0.0, 1.0, 5.0), Vec3::Y, 40.0));
     assert!(camera.mirrored);
     assert_eq!((scene.film.width, scene.film.height, scene.film.filter), (320, 720, Filter::Tent));
-    assert_eq!(scene.meshes[0].path, Path::new("dir/a.obj"));
+    assert_eq!(scene.meshes[0].source.path(), Some(Path::new("dir/a.obj")));
     assert_eq!(scene.meshes[0].material.as_deref(), Some("Floor"));
     // (1, 0, 0) · 2, a quarter turn about z, then one to the right.
     let moved = scene.meshes[0].transform.transform_point3(Vec3::X);
     assert!(moved.abs_diff_eq(Vec3::new(1.0, 2.0, 0.0), 1e-6), "{moved}");
-    assert_eq!(scene.meshes[1].path, Path::new("/b.obj"));
+    assert_eq!(scene.meshes[1].source.path(), Some(Path::new("/b.obj")));
     assert_eq!(scene.meshes[1].transform.transform_point3(Vec3::Y), Vec3::new(2.0, 0.0, 0.0));
-    let LightDescription::Environment { path, to_world, .. } = &scene.lights[0] else { panic!() };
+    let LightDescription::Environment(EnvironmentLight { path, to_world, .. }) = &scene.lights[0] else { panic!() };
     assert_eq!(path, Path::new("dir/sky.exr"));
     assert!(to_world.transform_vector3(Vec3::X).abs_diff_eq(-Vec3::Z, 1e-6));
     let (direction, irradiance) = (-Vec3::Y, Rgb::splat(3.0));
-    assert_eq!(scene.lights[1], LightDescription::Directional { direction, irradiance });
+    assert_eq!(scene.lights[1], LightDescription::Directional(DirectionalLight { direction, irradiance }));
     assert_eq!(integrator, IntegratorSettings { max_depth: 4, ..Default::default() });
     assert_eq!(guiding.memory, 3 << 29);
     assert_eq!((render.time, render.seed), (Some(2.5), u64::MAX));
@@ -96,12 +96,12 @@ fn the_whole_file_s_materials_are_read() {
     let scene = parsed(WHOLE, &[]).unwrap().scene;
     let floor = &scene.materials["Floor"];
     assert_eq!(floor.opacity, Some(ScalarTexture::Constant(0.5)));
-    let BsdfDescription::Plastic { reflectance, alpha, .. } = &floor.bsdf else { panic!() };
+    let BsdfDescription::Plastic(PlasticParameters { reflectance, alpha, .. }) = &floor.bsdf else { panic!() };
     let path = Path::new("dir/tex/wood.png").to_path_buf();
     let (scale, offset, nearest, tint) = ([3.0; 2], [0.0; 2], true, Rgb::ONE);
     let image = ImageTexture { path, scale, offset, nearest, tint };
     assert_eq!((reflectance, *alpha), (&ColorTexture::Image(image), 0.3));
-    let BsdfDescription::Conductor { eta_k, .. } = scene.materials["Gold"].bsdf else { panic!() };
+    let BsdfDescription::Conductor(ConductorParameters { eta_k, .. }) = scene.materials["Gold"].bsdf else { panic!() };
     assert_eq!(eta_k, Some((Rgb::new(0.2, 0.9, 1.1), Rgb::new(3.9, 2.4, 2.1))));
     let lamp = &scene.materials["Lamp"];
     assert_eq!((lamp.two_sided, lamp.emission), (false, Rgb::new(10.0, 5.0, 1.0)));
@@ -128,12 +128,11 @@ fn overrides_change_what_they_name() {
     assert_eq!(changed.integrator, IntegratorSettings { roulette: Roulette::None, ..before.integrator });
     assert_eq!(changed.guiding, GuidingSettings { memory: 64 << 20, ..before.guiding });
     let floor = scene.materials["Floor"].clone();
-    let BsdfDescription::Plastic { reflectance, alpha, .. } = floor.bsdf else { panic!() };
+    let BsdfDescription::Plastic(PlasticParameters { reflectance, alpha, .. }) = floor.bsdf else { panic!() };
     let ColorTexture::Image(image) = reflectance else { panic!() };
     assert_eq!((alpha, image.scale, image.nearest), (0.2, [5.0, 6.0], true));
     assert_eq!(floor.opacity, Some(ScalarTexture::Constant(0.5)));
-    let BsdfDescription::Conductor { eta_k, .. } = scene.materials["Gold"].bsdf else { panic!() };
-    assert_eq!(eta_k, None);
+    assert_eq!(scene.materials["Gold"].bsdf, MirrorParameters::default().into(), "of its type's defaults");
     assert_eq!(scene.materials["Lamp"], before.scene.materials["Lamp"]);
     assert_eq!(scene.materials["a=b c"], MaterialDescription::default());
 }
@@ -168,7 +167,7 @@ fn overrides_that_are_wrong_name_themselves() {
 #[test]
 fn an_obj_alone_is_a_scene() {
     let (file, _) = load(Path::new("dir/a.OBJ"), &["render.spp=7".to_string()]).unwrap();
-    assert_eq!(file.scene.meshes[0].path, Path::new("dir/a.OBJ"));
+    assert_eq!(file.scene.meshes[0].source.path(), Some(Path::new("dir/a.OBJ")));
     assert_eq!((file.scene.camera, file.render.spp), (None, 7));
     let error = load(Path::new("a.blend"), &[]).unwrap_err().to_string();
     assert_eq!(error, "a.blend: not a scene: its name must end in .toml, .json or .obj");

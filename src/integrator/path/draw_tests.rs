@@ -1,5 +1,7 @@
 use super::*;
-use crate::bsdf::{Bsdf, BsdfDescription, BsdfModel, CoatTables, MicrofacetDistribution};
+use crate::bsdf::{
+    Bsdf, BsdfDescription, BsdfModel, CoatTables, ConductorParameters, DiffuseParameters, MicrofacetDistribution,
+};
 use crate::geometry::surfaces::tests as surfaces;
 use crate::guiding::settings::DirectionTable;
 use crate::integrator::mixture::tests::learnt;
@@ -57,10 +59,14 @@ fn proposal(proposals: &DirectionSamples, k: usize) -> DirectionSample {
 #[test]
 fn a_packet_draws_what_its_vertices_would_draw_alone() {
     let reflectance = ColorTexture::Constant(COLOR);
-    let matte = model(BsdfDescription::Diffuse { reflectance: reflectance.clone() });
+    let matte = model(BsdfDescription::Diffuse(DiffuseParameters { reflectance: reflectance.clone() }));
     let (eta_k, distribution) = (None, MicrofacetDistribution::Ggx);
-    let metal =
-        model(BsdfDescription::Conductor { eta_k, specular_reflectance: reflectance, alpha: 0.4, distribution });
+    let metal = model(BsdfDescription::Conductor(ConductorParameters {
+        eta_k,
+        specular_reflectance: reflectance,
+        alpha: 0.4,
+        distribution,
+    }));
     let mut rng = Rng::new(17);
     let mesh = surfaces::mesh(&mut rng, true);
     let (mut led, mut unled, mut ended) = (0, 0, 0);

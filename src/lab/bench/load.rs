@@ -52,7 +52,9 @@ pub fn load(description: &SceneFile, threads: usize, turns: usize) -> Result<Loa
     let [mesh] = &description.scene.meshes[..] else {
         return Err(Error::Scene("loading is measured of one model".into()));
     };
-    let path = mesh.path.as_path();
+    let Some(path) = mesh.source.path() else {
+        return Err(Error::Scene("loading is measured of a model in a file".into()));
+    };
     let file_bytes = std::fs::metadata(path).map_err(Error::io(path))?.len();
     let (_, scene) = first_pixel(description, threads)?;
     let peak_bytes = cpu::peak_memory();

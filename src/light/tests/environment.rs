@@ -1,5 +1,6 @@
 use super::{Estimate, sphere_integral};
-use crate::light::{Environment, wide_luminance};
+use crate::light::environment::Environment;
+use crate::light::wide_luminance;
 use crate::math::Rgb;
 use crate::math::rng::Rng;
 use glam::{Affine3A, Mat3, Quat, Vec3};
@@ -63,7 +64,7 @@ fn densities_integrate_to_one() {
         let total = sphere_integral(700, |w| env.pdf(w) as f64);
         assert!((total - 1.0).abs() < 3e-3, "picture {i}: {total}");
         let energy = sphere_integral(700, |w| wide_luminance(env.radiance(w)));
-        let relative = energy / env.luminance_integral();
+        let relative = energy / env.luminance_integral;
         assert!((relative - 1.0).abs() < 3e-3, "picture {i}: {relative}");
     }
 }
@@ -146,7 +147,7 @@ fn samples_report_the_radiance_and_density_of_their_direction() {
             assert!((wi.length() - 1.0).abs() < 1e-6 && pdf > 0.0);
             let looked_up = env.radiance(wi);
             // the mean of the cell is the scale: bilinear radiance may be steep where it is small
-            let mean = pdf * env.luminance_integral() as f32;
+            let mean = pdf * env.luminance_integral as f32;
             let same_radiance = (looked_up - radiance).length() <= 1e-3 * mean;
             let same_density = (env.pdf(wi) / pdf - 1.0).abs() < 1e-4;
             others += !(same_radiance && same_density) as usize;
@@ -178,7 +179,7 @@ fn irradiance_is_estimated_without_bias() {
 fn a_black_picture_gives_no_light() {
     let env = environment(4, 3, |_, _| 0.0);
     assert!(env.sample(0.5, [0.5, 0.5]).is_none());
-    assert_eq!((env.pdf(Vec3::X), env.luminance_integral()), (0.0, 0.0));
+    assert_eq!((env.pdf(Vec3::X), env.luminance_integral), (0.0, 0.0));
 }
 
 #[test]
@@ -198,7 +199,7 @@ fn unusable_pictures_are_errors() {
     assert!(new(2, 2, vec![1.0; 4], Affine3A::from_scale(Vec3::splat(2.0))).is_err());
     assert!(new(2, 2, vec![1.0; 4], Affine3A::from_scale(Vec3::NAN)).is_err());
     assert!(new(2, 2, vec![1.0; 4], Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0))).is_ok());
-    assert_eq!(new(2, 2, vec![1.0, -1.0, 1.0, 1.0], id).unwrap().negative_pixels(), 1);
+    assert_eq!(new(2, 2, vec![1.0, -1.0, 1.0, 1.0], id).unwrap().negative_pixels, 1);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::lights::{ceiling, wall};
 use crate::geometry::surfaces::tests::{mesh, packet};
-use crate::light::{Light, LightSamples, Lights};
+use crate::light::{ConstantLight, DirectionalLight, LightSamples, Lights, PointLight};
 use crate::math::Rgb;
 use crate::math::rng::Rng;
 use crate::simd::{LANES, Vec3Lanes, mask};
@@ -12,9 +12,9 @@ fn lights() -> Lights {
     let mut triangles = ceiling();
     triangles.extend(wall().into_iter().map(|t| crate::light::EmissiveTriangle { mesh: 1, two_sided: true, ..t }));
     let others = vec![
-        Light::Point { position: Vec3::new(0.2, 0.7, 2.0), intensity: Rgb::new(1.0, 2.0, 3.0) },
-        Light::Directional { direction: Vec3::new(1.0, -2.0, 0.5), irradiance: Rgb::ONE },
-        Light::Constant { radiance: Rgb::splat(0.3) },
+        PointLight { position: Vec3::new(0.2, 0.7, 2.0), intensity: Rgb::new(1.0, 2.0, 3.0) }.into(),
+        DirectionalLight { direction: Vec3::new(1.0, -2.0, 0.5), irradiance: Rgb::ONE }.into(),
+        ConstantLight { radiance: Rgb::splat(0.3) }.into(),
     ];
     Lights::build(&triangles, others, 1.0).unwrap()
 }

@@ -2,7 +2,7 @@
 
 use crate::embree::{Device, Instance, Scene, SceneBuilder, Triangles};
 use crate::geometry::{Mesh, Placement};
-use crate::light::{EmissiveTriangle, Light, Lights};
+use crate::light::{EmissiveTriangle, Lights, PointLight};
 use crate::math::{Rgb, rng::Rng, warp};
 use glam::{Affine3A, Quat, Vec3};
 use std::sync::Arc;
@@ -100,7 +100,7 @@ fn what_stands_just_before_a_lamp_throws_a_shadow() {
         let position = at(0.0, distance, 0.0);
         for lights in [
             Lights::build(&[emitter], vec![], 1.0).unwrap(),
-            Lights::build(&[], vec![Light::Point { position, intensity: radiance }], 1.0).unwrap(),
+            Lights::build(&[], vec![PointLight { position, intensity: radiance }.into()], 1.0).unwrap(),
         ] {
             for _ in 0..100 {
                 let p = at(0.2 * rng.f32(), 0.0, 0.2 * rng.f32());

@@ -25,64 +25,35 @@ use crate::Result;
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{Attribute, Indices};
 use crate::io::memory;
-use crate::scene::description::MaterialDescription;
+use crate::scene::model::{Model, Warning};
 use rayon::prelude::*;
 use report::Reporter;
 use scan::{Census, Counts};
 use source::{Failure, Fault, Source};
 use std::collections::BTreeMap;
-use std::fmt;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Bytes that a thread reads at a time: fits into a core's cache, and is long against the cost of opening the file.
 const BLOCK: u64 = 1 << 20;
 
-/// What an OBJ file and its libraries hold.
-#[derive(Clone, Debug, Default)]
-pub struct Obj {
-    /// As in the file: positions and normals are not transformed, normals not normalised. `materials[t]` indexes
-    /// [`Obj::material_names`]. `normals` and `uvs` are `None` where no face has them.
-    pub mesh: Mesh,
-    /// Names as in `usemtl`, in order of first use by a face; "" for faces before any `usemtl`.
-    pub material_names: Vec<String>,
-    /// All that the libraries define, by name; the first definition of a name counts. Texture paths are resolved
-    /// against the library's folder, but need not exist.
-    pub materials: BTreeMap<String, MaterialDescription>,
-    pub warnings: Vec<Warning>,
-}
-
-/// Something in a file that could not be used, but does not keep the rest from being used.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    pub path: PathBuf,
-    /// From 1.
-    pub line: usize,
-    pub message: String,
-}
-
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}:{}: {}", self.path.display(), self.line, self.message)
-    }
-}
-
 /// Loads an OBJ file and the MTL libraries it names.
 ///
-/// Faces become triangles, ears being cut off concave ones; those with fewer than three corners are dropped. A file
+/// In the model positions and normals are as in the file: not transformed, normals not normalised. Faces before any `usemtl`
+/// have the material "". Faces become triangles, ears being cut off concave ones; those with fewer than three corners are dropped. A file
 /// without faces gives an empty mesh.
 ///
 /// # Errors
 /// With file, line and column: numbers and corners that are none, indices out of range, faces at vertices that are not
 /// finite, anything malformed in a library. Without: what cannot be read, or exceeds 2³² − 1 elements. A library that
 /// is missing is a warning.
-pub fn load(path: &Path) -> Result<Obj> {
+pub fn load(path: &Path) -> Result<Model> {
     load_in_blocks(&Source::open(path)?, BLOCK)
 }
 
 /// `block`: bytes per block, which decide nothing but speed, and how unknown statements are counted once there are more
 /// kinds of them than are told apart.
-fn load_in_blocks(source: &Source, block: u64) -> Result<Obj> {
+fn load_in_blocks(source: &Source, block: u64) -> Result<Model> {
     let blocks = source.blocks(block).map_err(crate::Error::io(source.path()))?;
     let mut reporter = Reporter::new(source, &blocks);
     let loaded = load_parts(source, &blocks, &mut reporter);
@@ -92,7 +63,7 @@ fn load_in_blocks(source: &Source, block: u64) -> Result<Obj> {
     let mut warnings = reporter.finish()?;
     warnings.append(&mut library_warnings);
     let (material_names, mesh) = assign_materials(mesh, &census);
-    Ok(Obj { mesh, material_names, materials, warnings })
+    Ok(Model { mesh, material_names, materials, warnings })
 }
 
 /// The mesh without its materials.

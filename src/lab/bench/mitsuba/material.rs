@@ -16,8 +16,7 @@ pub fn bsdf(material: &MaterialDescription, id: &str) -> Result<Element, String>
         return Err("emission on both sides".into());
     }
     let model = model(&material.bsdf)?;
-    let transmits = matches!(material.bsdf, BsdfDescription::Dielectric { .. } | BsdfDescription::Null);
-    let turned = material.two_sided && !transmits;
+    let turned = material.two_sided && material.bsdf.bsdf_type().is_opaque();
     let whole = if turned { Element::new("bsdf").kind("twosided").child(model) } else { model };
     Ok(whole.attribute("id", id))
 }
@@ -28,50 +27,42 @@ pub fn textured(material: &MaterialDescription) -> bool {
     textures.into_iter().flatten().any(|texture| matches!(texture, ColorTexture::Image(_)))
 }
 
+/// The plug-in with its parameters.
 fn model(bsdf: &BsdfDescription) -> Result<Element, String> {
     use BsdfDescription as D;
-    match *bsdf {
-        D::Diffuse { ref reflectance } => Ok(plugin("diffuse").child(color("reflectance", reflectance)?)),
-        D::DiffuseTransmitter { .. } => Err("a diffuse transmitter".into()),
-        D::Conductor { eta_k, ref specular_reflectance, alpha, distribution } => {
-            let metal = conductor(eta_k, rough(["conductor", "roughconductor"], alpha, distribution));
-            Ok(metal.child(color("specular_reflectance", specular_reflectance)?))
+    match bsdf {
+        D::Diffuse(d) => Ok(plugin("diffuse").child(color("reflectance", &d.reflectance)?)),
+        D::Mirror(m) => {
+            let metal = conductor(None, plugin("conductor"));
+            Ok(metal.child(color("specular_reflectance", &m.specular_reflectance)?))
         }
-        D::Dielectric { int_ior, ext_ior, specular_reflectance, specular_transmittance, alpha, distribution, thin } => {
+        D::Conductor(c) => {
+            let metal = conductor(c.eta_k, rough(["conductor", "roughconductor"], c.alpha, c.distribution));
+            Ok(metal.child(color("specular_reflectance", &c.specular_reflectance)?))
+        }
+        D::Dielectric(d) => {
             // equal indices bend nothing, however rough the interface
-            let alpha = if int_ior == ext_ior { 0.0 } else { alpha };
-            let smooth = if thin { "thindielectric" } else { "dielectric" };
-            let glass = indices(rough([smooth, "roughdielectric"], alpha, distribution), int_ior, ext_ior);
-            let glass = glass.color("specular_reflectance", specular_reflectance);
-            Ok(glass.color("specular_transmittance", specular_transmittance))
+            let alpha = if d.int_ior == d.ext_ior { 0.0 } else { d.alpha };
+            let smooth = if d.thin { "thindielectric" } else { "dielectric" };
+            let glass = indices(rough([smooth, "roughdielectric"], alpha, d.distribution), d.int_ior, d.ext_ior);
+            let glass = glass.color("specular_reflectance", d.specular_reflectance);
+            Ok(glass.color("specular_transmittance", d.specular_transmittance))
         }
-        D::Plastic { ref reflectance, specular_reflectance, int_ior, ext_ior, alpha, distribution, nonlinear } => {
-            let coat = indices(rough(["plastic", "roughplastic"], alpha, distribution), int_ior, ext_ior);
-            let coat =
-                coat.color("specular_reflectance", specular_reflectance).value("boolean", "nonlinear", nonlinear);
-            Ok(coat.child(color("diffuse_reflectance", reflectance)?))
+        D::Plastic(p) => {
+            let coat = indices(rough(["plastic", "roughplastic"], p.alpha, p.distribution), p.int_ior, p.ext_ior);
+            let coat = coat.color("specular_reflectance", p.specular_reflectance);
+            let coat = coat.value("boolean", "nonlinear", p.nonlinear);
+            Ok(coat.child(color("diffuse_reflectance", &p.reflectance)?))
         }
-        D::Principled {
-            ref base_color,
-            metallic,
-            roughness,
-            specular,
-            spec_tint,
-            clearcoat,
-            clearcoat_gloss,
-            sheen,
-            sheen_tint,
-        } => Ok(plugin("principled")
-            .float("metallic", metallic)
-            .float("roughness", roughness)
-            .float("specular", specular)
-            .float("spec_tint", spec_tint)
-            .float("clearcoat", clearcoat)
-            .float("clearcoat_gloss", clearcoat_gloss)
-            .float("sheen", sheen)
-            .float("sheen_tint", sheen_tint)
-            .child(color("base_color", base_color)?)),
-        D::Null => Ok(plugin("null")),
+        D::Principled(p) => {
+            let model = plugin("principled").float("metallic", p.metallic).float("roughness", p.roughness);
+            let model = model.float("specular", p.specular).float("spec_tint", p.spec_tint);
+            let model = model.float("clearcoat", p.clearcoat).float("clearcoat_gloss", p.clearcoat_gloss);
+            let model = model.float("sheen", p.sheen).float("sheen_tint", p.sheen_tint);
+            Ok(model.child(color("base_color", &p.base_color)?))
+        }
+        D::Null(_) => Ok(plugin("null")),
+        other => Err(format!("the type `{}`", other.bsdf_type().name())),
     }
 }
 

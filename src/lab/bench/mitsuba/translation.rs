@@ -7,7 +7,7 @@ use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::Roulette;
 use crate::io::atomic::write_atomically;
-use crate::light::LightDescription;
+use crate::light::{ConstantLight, DirectionalLight, EnvironmentLight, LightDescription, PointLight};
 use crate::math::Rgb;
 use crate::render::Order;
 use crate::scene::description::CameraDescription;
@@ -64,15 +64,14 @@ fn same_work(description: &SceneFile, gathered: &LoadedAssets, spp: u32) -> Resu
     if !d.integrator.next_event || !d.integrator.mis {
         return Err(unknown("a path tracer without integrator.next_event or integrator.mis"));
     }
-    let far = |light: &&LightDescription| {
-        matches!(light, LightDescription::Environment { .. } | LightDescription::Constant { .. })
-    };
+    let far =
+        |light: &&LightDescription| matches!(light, LightDescription::Environment(_) | LightDescription::Constant(_));
     if d.scene.lights.iter().filter(far).count() > 1 {
         return Err(unknown("two lights that surround the scene"));
     }
     if d.scene.lights.is_empty() && gathered.materials.iter().all(|m| m.emission == Rgb::ZERO) {
         // what a scene without lights gets when it is loaded
-        d.scene.lights.push(LightDescription::Constant { radiance: Rgb::ONE });
+        d.scene.lights.push(ConstantLight { radiance: Rgb::ONE }.into());
     }
     d.scene.camera = Some(camera(description, gathered));
     d.scene.film.filter = Filter::Box;
@@ -140,8 +139,8 @@ fn sensor(description: &SceneFile, gathered: &LoadedAssets) -> Result<Element> {
 fn emitter(light: &LightDescription) -> Result<Element> {
     let plugin = |kind: &str| Element::new("emitter").kind(kind);
     Ok(match light {
-        LightDescription::Constant { radiance } => plugin("constant").color("radiance", *radiance),
-        LightDescription::Environment { path, scale, to_world } => {
+        LightDescription::Constant(ConstantLight { radiance }) => plugin("constant").color("radiance", *radiance),
+        LightDescription::Environment(EnvironmentLight { path, scale, to_world }) => {
             if scale.min_element() != scale.max_element() {
                 return Err(unknown("an environment with a coloured scale"));
             }
@@ -149,18 +148,21 @@ fn emitter(light: &LightDescription) -> Result<Element> {
             let envmap = plugin("envmap").string("filename", &path.to_string_lossy()).float("scale", scale.x);
             envmap.child(transform(to_world))
         }
-        LightDescription::Point { position, intensity } => {
+        LightDescription::Point(PointLight { position, intensity }) => {
             let point = Element::new("point").attribute("name", "position");
             let [x, y, z] = position.to_array();
             let point = point.attribute("x", x).attribute("y", y).attribute("z", z);
             plugin("point").child(point).color("intensity", *intensity)
         }
-        LightDescription::Directional { direction, irradiance } => {
+        LightDescription::Directional(DirectionalLight { direction, irradiance }) => {
             let vector = Element::new("vector").attribute("name", "direction");
             let [x, y, z] = direction.to_array();
             let vector = vector.attribute("x", x).attribute("y", y).attribute("z", z);
             plugin("directional").child(vector).color("irradiance", *irradiance)
         }
+        // for types that come after this translation was written
+        #[allow(unreachable_patterns)]
+        other => return Err(unknown(format_args!("a light of the type `{}`", other.type_name()))),
     })
 }
 

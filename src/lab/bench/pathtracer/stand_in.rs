@@ -6,7 +6,7 @@ use crate::format::SceneFile;
 use crate::guiding::settings::{GuidingMethod, GuidingSettings};
 use crate::integrator::{IntegratorSettings, Roulette};
 use crate::io::atomic::write_atomically;
-use crate::light::LightDescription;
+use crate::light::{self, LightDescription};
 use crate::render::RenderSettings;
 use crate::scene::description::{CameraDescription, SceneDescription};
 use crate::scene::{Camera, Scene};
@@ -80,7 +80,7 @@ fn stand_in(
         camera: Some(CameraDescription { mirrored: false, ..camera }),
         film,
         meshes: vec![crate::format::whole_file(&model)],
-        lights: vec![LightDescription::Point { position: light.position, intensity: light.intensity }],
+        lights: vec![light::PointLight { position: light.position, intensity: light.intensity }.into()],
         ..Default::default()
     };
     SceneFile {
@@ -116,7 +116,7 @@ fn light(scene: &Scene, description: &SceneFile) -> PointLight {
     let radius = 0.5 * (high - low).length();
     let intensity = Vec3::splat(std::f32::consts::PI * 0.25 * radius * radius);
     let own = description.scene.lights.iter().find_map(|light| match light {
-        LightDescription::Point { position, .. } => Some(*position),
+        LightDescription::Point(point) => Some(point.position),
         _ => None,
     });
     let emitter = || middle_of_emitters(scene).map(|(p, n)| p + n * (HANGING * radius));

@@ -6,7 +6,7 @@
 //! of refraction of 1 never makes glass.
 
 use super::record::Record;
-use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
+use crate::bsdf::{BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, PlasticParameters};
 use crate::math::Rgb;
 use crate::scene::description::MaterialDescription;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
@@ -53,7 +53,7 @@ impl Record {
         } else if specular != Rgb::ZERO && self.illumination_in(&[2.0]) && self.exponent > Some(0.0) {
             self.plastic()
         } else {
-            BsdfDescription::Diffuse { reflectance: self.diffuse_colour() }
+            DiffuseParameters { reflectance: self.diffuse_colour() }.into()
         }
     }
 
@@ -65,28 +65,25 @@ impl Record {
     }
 
     fn dielectric(&self) -> BsdfDescription {
-        BsdfDescription::Dielectric {
+        let glass = DielectricParameters {
             int_ior: self.ior.unwrap_or(DEFAULT_IOR),
-            ext_ior: 1.0,
-            specular_reflectance: Rgb::ONE,
             specular_transmittance: self.filter.unwrap_or(Rgb::ONE),
             alpha: self.roughness.map_or(0.0, |roughness| roughness * roughness),
-            distribution: MicrofacetDistribution::Ggx,
-            thin: false,
-        }
+            ..DielectricParameters::default()
+        };
+        glass.into()
     }
 
     fn plastic(&self) -> BsdfDescription {
         let roughness = self.roughness();
-        BsdfDescription::Plastic {
+        let plastic = PlasticParameters {
             reflectance: self.diffuse_colour(),
-            specular_reflectance: Rgb::ONE,
             int_ior: self.ior.filter(|&ior| ior > 1.0).unwrap_or(DEFAULT_IOR),
-            ext_ior: 1.0,
             alpha: (roughness * roughness).max(LEAST_PLASTIC_ALPHA),
-            distribution: MicrofacetDistribution::Ggx,
             nonlinear: true,
-        }
+            ..PlasticParameters::default()
+        };
+        plastic.into()
     }
 
     /// `map_Kd` times `Kd`. Exporters that leave `Kd` black beside a map mean the map, which is what Blender shows.
@@ -129,10 +126,6 @@ impl Record {
 
 /// A metal that reflects `colour` at every angle.
 fn conductor(colour: ColorTexture, roughness: f32) -> BsdfDescription {
-    BsdfDescription::Conductor {
-        eta_k: None,
-        specular_reflectance: colour,
-        alpha: roughness * roughness,
-        distribution: MicrofacetDistribution::Ggx,
-    }
+    let alpha = roughness * roughness;
+    ConductorParameters { specular_reflectance: colour, alpha, ..ConductorParameters::default() }.into()
 }

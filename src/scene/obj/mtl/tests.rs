@@ -1,5 +1,8 @@
 use super::*;
-use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
+use crate::bsdf::{
+    BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, MicrofacetDistribution,
+    PlasticParameters,
+};
 use crate::math::Rgb;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 use proptest::prelude::*;
@@ -37,12 +40,12 @@ fn image(file: &str) -> ImageTexture {
 }
 
 fn diffuse(reflectance: ColorTexture) -> BsdfDescription {
-    BsdfDescription::Diffuse { reflectance }
+    BsdfDescription::Diffuse(DiffuseParameters { reflectance })
 }
 
 fn metal(specular_reflectance: ColorTexture, alpha: f32) -> BsdfDescription {
     let distribution = MicrofacetDistribution::Ggx;
-    BsdfDescription::Conductor { eta_k: None, specular_reflectance, alpha, distribution }
+    BsdfDescription::Conductor(ConductorParameters { eta_k: None, specular_reflectance, alpha, distribution })
 }
 
 #[test]
@@ -67,14 +70,16 @@ fn lights_emit_on_one_side() {
 
 #[test]
 fn plastic_materials() {
-    let plastic = |int_ior, alpha| BsdfDescription::Plastic {
-        reflectance: constant(0.2, 0.4, 0.6),
-        specular_reflectance: Rgb::ONE,
-        int_ior,
-        ext_ior: 1.0,
-        alpha,
-        distribution: MicrofacetDistribution::Ggx,
-        nonlinear: true,
+    let plastic = |int_ior, alpha| {
+        BsdfDescription::Plastic(PlasticParameters {
+            reflectance: constant(0.2, 0.4, 0.6),
+            specular_reflectance: Rgb::ONE,
+            int_ior,
+            ext_ior: 1.0,
+            alpha,
+            distribution: MicrofacetDistribution::Ggx,
+            nonlinear: true,
+        })
     };
     let of = |more: &str| material(&format!("Kd .2 .4 .6\nKs .5 .5 .5\nillum 2\n{more}")).bsdf;
     assert_eq!(of("Ns 250\nNi 1.3"), plastic(1.3, 0.25));
@@ -96,14 +101,16 @@ fn metals() {
 
 #[test]
 fn glass() {
-    let glass = |int_ior, tint, alpha| BsdfDescription::Dielectric {
-        int_ior,
-        ext_ior: 1.0,
-        specular_reflectance: Rgb::ONE,
-        specular_transmittance: tint,
-        alpha,
-        distribution: MicrofacetDistribution::Ggx,
-        thin: false,
+    let glass = |int_ior, tint, alpha| {
+        BsdfDescription::Dielectric(DielectricParameters {
+            int_ior,
+            ext_ior: 1.0,
+            specular_reflectance: Rgb::ONE,
+            specular_transmittance: tint,
+            alpha,
+            distribution: MicrofacetDistribution::Ggx,
+            thin: false,
+        })
     };
     for illum in [4, 6, 7, 9] {
         let found = material(&format!("Kd .1\nKs 1\nd 0\nNi 1.33\nillum {illum}"));
@@ -134,7 +141,7 @@ fn partial_coverage() {
 #[test]
 fn maps_multiply_colours_that_are_not_black() {
     let tinted = |statements: &str| match material(statements).bsdf {
-        BsdfDescription::Diffuse { reflectance: ColorTexture::Image(image) } => image.tint,
+        BsdfDescription::Diffuse(DiffuseParameters { reflectance: ColorTexture::Image(image) }) => image.tint,
         other => panic!("{other:?}"),
     };
     assert_eq!(tinted("map_Kd a.png"), Rgb::ONE);

@@ -3,7 +3,8 @@
 use super::scenes;
 use crate::geometry::mesh::Attribute;
 use crate::lab::generate::large;
-use crate::scene::obj::{Obj, load};
+use crate::scene::model::Model;
+use crate::scene::obj::load;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -76,7 +77,7 @@ fn generated_scenes_agree_with_tobj() {
 }
 
 /// Compares all faces of a file.
-fn compare_all(obj: &Obj, faces: &[Face], tally: &mut Tally, path: &Path) {
+fn compare_all(obj: &Model, faces: &[Face], tally: &mut Tally, path: &Path) {
     tally.files += 1;
     let mut triangle = 0;
     for face in faces {
@@ -154,7 +155,7 @@ fn written_attributes(path: &Path) -> Vec<[Option<bool>; 2]> {
 }
 
 /// Compares a face with the triangles from `triangle` on; returns how many it has become.
-fn compare(obj: &Obj, face: &Face, triangle: usize, tally: &mut Tally, at: &str) -> usize {
+fn compare(obj: &Model, face: &Face, triangle: usize, tally: &mut Tally, at: &str) -> usize {
     let points = &face.points;
     let count = points.len() - 2;
     let fan = count == 1 || count == 2 && is_convex(points);

@@ -4,7 +4,8 @@ use super::super::lines;
 use super::super::scan::{self, Census};
 use super::scenes;
 use crate::error::Error;
-use crate::scene::obj::{Obj, load};
+use crate::scene::model::Model;
+use crate::scene::obj::load;
 use std::path::Path;
 
 /// Files that are refused, and the line named. tinyobjloader refuses the first three too, warns of indices out of range
@@ -56,7 +57,7 @@ fn fixtures_load_as_expected() {
     assert!(rows > 90, "only {rows} fixtures");
 }
 
-fn compare(obj: &Obj, path: &Path, row: &[&str]) {
+fn compare(obj: &Model, path: &Path, row: &[&str]) {
     let file = row[0];
     let number = |column: usize| row[column].parse::<usize>().unwrap();
     let census = census(path);

@@ -6,13 +6,14 @@ mod statements;
 
 use super::scan::{Census, Counts};
 use super::source::{Failure, Source};
-use super::{Obj, check_memory, load_in_blocks};
+use super::{check_memory, load_in_blocks};
 use crate::Result;
 use crate::geometry::mesh::{Attribute, Indices};
+use crate::scene::model::Model;
 use std::path::{Path, PathBuf};
 
 /// Loads OBJ text as if from `test.obj`, in blocks of `block` bytes.
-fn load_text(text: impl AsRef<[u8]>, block: u64) -> Result<Obj> {
+fn load_text(text: impl AsRef<[u8]>, block: u64) -> Result<Model> {
     let source = Source::memory(Path::new("test.obj"), text.as_ref().to_vec());
     load_in_blocks(&source, block)
 }

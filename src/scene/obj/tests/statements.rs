@@ -4,17 +4,18 @@ use super::super::source::Source;
 use super::{load_text, triples};
 use crate::error::Error;
 use crate::geometry::mesh::ABSENT;
-use crate::scene::obj::{Obj, load};
+use crate::scene::model::Model;
+use crate::scene::obj::load;
 use std::path::Path;
 
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
-fn obj(text: &str) -> Obj {
+fn obj(text: &str) -> Model {
     load_text(text, 1 << 20).unwrap()
 }
 
 /// A triangle, and more.
-fn with_triangle(text: &str) -> Obj {
+fn with_triangle(text: &str) -> Model {
     obj(&format!("{TRIANGLE}{text}"))
 }
 
@@ -25,7 +26,7 @@ fn refused(text: impl AsRef<[u8]>) -> (usize, usize, String) {
     }
 }
 
-fn warnings(obj: &Obj) -> Vec<(usize, &str)> {
+fn warnings(obj: &Model) -> Vec<(usize, &str)> {
     obj.warnings.iter().map(|w| (w.line, &*w.message)).collect()
 }
 

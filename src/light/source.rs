@@ -1,0 +1,60 @@
+//! What a light that is not a surface has to answer.
+
+use super::LightSample;
+use crate::Result;
+use crate::fields::Fields;
+use crate::math::Rgb;
+use glam::Vec3;
+
+/// A type of light as written.
+pub(crate) trait LightParameters: Default + Fields {
+    /// Stands for the type in a scene's hash: it never changes, and none is used twice.
+    const NUMBER: u32;
+    /// The light when its files are read.
+    type Loaded: LightSource;
+
+    /// Reads what files the light names.
+    ///
+    /// # Errors
+    /// Those of the files.
+    fn load(&self, findings: &mut Findings) -> Result<Self::Loaded>;
+}
+
+/// What loading lights brings beside them.
+#[derive(Debug, Default)]
+pub(crate) struct Findings {
+    /// For the user.
+    pub warnings: Vec<String>,
+    /// Hashes of the pictures that were read, in their order.
+    pub pictures: Vec<u64>,
+}
+
+/// A light that is not a surface. Everything is in world space.
+pub(crate) trait LightSource: Sized {
+    /// The light with unit directions; an error where a number is unusable.
+    fn checked(self) -> Result<Self>;
+
+    /// Luminance of the power in W that reaches the scene. `section` is πR², where R is the radius of a sphere about it.
+    fn power(&self, section: f64) -> f64;
+
+    /// The largest component of the radiance that the light seems to have from the edge of the scene.
+    fn brightness(&self, scene_radius: f64) -> f64;
+
+    /// The light with all emission times `factor`, a power of two.
+    fn scaled(self, factor: f64) -> Self;
+
+    /// A direction from `p` to the light; `u_cell` chooses a part of it, `u` the point there, all uniform in [0, 1). Its
+    /// density is given that this light is drawn from; 1 for a delta light. `None` where nothing arrives.
+    fn sample(&self, p: Vec3, u_cell: f64, u: [f32; 2]) -> Option<LightSample>;
+
+    /// Radiance from the unit direction `wi`, in W/(sr·m²), for a ray that leaves the scene; 0 for delta lights, which no
+    /// direction meets.
+    fn radiance(&self, _wi: Vec3) -> Rgb {
+        Rgb::ZERO
+    }
+
+    /// Density per steradian with which [`Self::sample`] draws the unit direction `wi`; 0 for delta lights.
+    fn pdf(&self, _wi: Vec3) -> f32 {
+        0.0
+    }
+}

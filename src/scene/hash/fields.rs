@@ -1,0 +1,112 @@
+//! The canonical bytes of materials and lights: their fields, one after the other.
+
+use super::Canon;
+use crate::Result;
+use crate::document::{Bounds, Key};
+use crate::fields::{Choice, FieldVisitor, Fields};
+use crate::math::Rgb;
+use crate::scene::description::MaterialDescription;
+use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
+use glam::{Affine3A, Vec3};
+use std::path::{Path, PathBuf};
+
+/// Writes fields. Their keys and domains have no part in the hash.
+pub(super) struct CanonicalFields<'a> {
+    pub canon: &'a mut Canon,
+    /// Hash of a picture's content.
+    pub picture: &'a mut dyn FnMut(&Path) -> Result<u64>,
+}
+
+impl CanonicalFields<'_> {
+    pub fn material(&mut self, material: &MaterialDescription) -> Result<()> {
+        let MaterialDescription { bsdf, two_sided, opacity, emission, emission_two_sided } = material;
+        self.canon.u32(bsdf.number());
+        bsdf.clone().fields(self)?;
+        self.canon.flag(*two_sided);
+        match opacity {
+            None => self.canon.u32(0),
+            Some(ScalarTexture::Constant(share)) => {
+                self.canon.u32(1);
+                self.canon.floats([*share]);
+            }
+            Some(ScalarTexture::Image(image)) => self.image(2, image)?,
+            Some(ScalarTexture::Luminance(image)) => self.image(3, image)?,
+        }
+        self.canon.vector(*emission);
+        self.canon.flag(*emission_two_sided);
+        Ok(())
+    }
+
+    fn image(&mut self, kind: u32, image: &ImageTexture) -> Result<()> {
+        let ImageTexture { path, scale, offset, nearest, tint } = image;
+        self.canon.u32(kind);
+        self.canon.u64((self.picture)(path)?);
+        self.canon.floats(*scale);
+        self.canon.floats(*offset);
+        self.canon.flag(*nearest);
+        self.canon.vector(*tint);
+        Ok(())
+    }
+}
+
+impl FieldVisitor for CanonicalFields<'_> {
+    type Error = crate::Error;
+
+    fn flag(&mut self, _: Key, slot: &mut bool) -> Result<()> {
+        self.canon.flag(*slot);
+        Ok(())
+    }
+
+    fn number(&mut self, _: Key, _: Bounds, slot: &mut f32) -> Result<()> {
+        self.canon.floats([*slot]);
+        Ok(())
+    }
+
+    fn color(&mut self, _: Key, _: Bounds, slot: &mut Rgb) -> Result<()> {
+        self.canon.vector(*slot);
+        Ok(())
+    }
+
+    fn choice<T: Choice>(&mut self, _: Key, slot: &mut T) -> Result<()> {
+        self.canon.u32(slot.number() as u32);
+        Ok(())
+    }
+
+    fn texture(&mut self, _: Key, slot: &mut ColorTexture) -> Result<()> {
+        match slot {
+            ColorTexture::Constant(color) => {
+                self.canon.u32(1);
+                self.canon.vector(*color);
+                Ok(())
+            }
+            ColorTexture::Image(image) => self.image(2, image),
+        }
+    }
+
+    fn color_pair(&mut self, _: [(Key, Bounds); 2], slot: &mut Option<(Rgb, Rgb)>) -> Result<()> {
+        self.canon.flag(slot.is_some());
+        slot.iter().for_each(|(a, b)| [a, b].into_iter().for_each(|v| self.canon.vector(*v)));
+        Ok(())
+    }
+
+    fn position(&mut self, _: Key, slot: &mut Vec3) -> Result<()> {
+        self.canon.vector(*slot);
+        Ok(())
+    }
+
+    fn direction(&mut self, _: Key, slot: &mut Vec3) -> Result<()> {
+        self.canon.vector(*slot);
+        Ok(())
+    }
+
+    fn orientation(&mut self, _: Key, _: Key, slot: &mut Affine3A) -> Result<()> {
+        self.canon.transform(*slot);
+        Ok(())
+    }
+
+    fn picture(&mut self, _: Key, slot: &mut PathBuf) -> Result<()> {
+        let hash = (self.picture)(slot)?;
+        self.canon.u64(hash);
+        Ok(())
+    }
+}

@@ -1,0 +1,152 @@
+//! Meshes from files or from memory. A format of files is one line in [`READERS`].
+
+use super::description::MaterialDescription;
+use super::obj;
+use crate::embree::LARGEST_COORDINATE;
+use crate::geometry::Mesh;
+use crate::geometry::mesh::{ABSENT, Attribute, Indices};
+use crate::{Error, Result};
+use glam::Vec3;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A mesh with what its own source says of its materials.
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    /// In the model's own space. `materials[t]` indexes [`Model::material_names`].
+    pub mesh: Mesh,
+    /// In the order in which triangles first have them.
+    pub material_names: Vec<String>,
+    /// By name. A scene file may say something else of a name; a name that neither describes is grey.
+    pub materials: BTreeMap<String, MaterialDescription>,
+    pub warnings: Vec<Warning>,
+}
+
+/// Something in a file that could not be used, but does not keep the rest from being used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    pub path: PathBuf,
+    /// From 1.
+    pub line: usize,
+    pub message: String,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}:{}: {}", self.path.display(), self.line, self.message)
+    }
+}
+
+/// Where the triangles of a mesh come from.
+#[derive(Clone)]
+pub enum MeshSource {
+    /// A file in one of the formats of [`READERS`].
+    File(PathBuf),
+    /// What a reader of another kind of scene has made.
+    Memory(Arc<Model>),
+}
+
+/// Reads a file of one format.
+type Read = fn(&Path) -> Result<Model>;
+
+/// The formats of meshes, by the end of a file's name.
+const READERS: &[(&str, Read)] = &[("obj", obj::load)];
+
+impl MeshSource {
+    /// The model. One in memory is checked, as what is built of it relies on its indices.
+    ///
+    /// # Errors
+    /// Those of the file's reader; a file that no reader is for; a model in memory that contradicts itself.
+    pub(super) fn load(&self) -> Result<Cow<'_, Model>> {
+        match self {
+            MeshSource::File(path) => reader(path)?(path).map(Cow::Owned),
+            MeshSource::Memory(model) => {
+                check(model).map_err(|message| self.error(message))?;
+                Ok(Cow::Borrowed(&**model))
+            }
+        }
+    }
+
+    /// That the model cannot be used.
+    pub(super) fn error(&self, message: impl Into<String>) -> Error {
+        match self {
+            MeshSource::File(path) => Error::file(path, message),
+            MeshSource::Memory(_) => Error::Scene(format!("a mesh in memory: {}", message.into())),
+        }
+    }
+
+    /// The file, where it comes from one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            MeshSource::File(path) => Some(path),
+            MeshSource::Memory(_) => None,
+        }
+    }
+}
+
+impl fmt::Debug for MeshSource {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            MeshSource::File(path) => f.debug_tuple("File").field(path).finish(),
+            MeshSource::Memory(model) => write!(f, "Memory({} triangles)", model.mesh.triangles.len()),
+        }
+    }
+}
+
+fn reader(path: &Path) -> Result<Read> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let found = READERS.iter().find(|(end, _)| *end == extension).map(|(_, read)| *read);
+    found.ok_or_else(|| {
+        let ends: Vec<String> = READERS.iter().map(|(end, _)| format!(".{end}")).collect();
+        Error::file(path, format!("not a mesh: its name must end in {}", ends.join(" or ")))
+    })
+}
+
+/// What is wrong with a model, if anything is.
+fn check(model: &Model) -> Result<(), String> {
+    let Mesh { positions, triangles, normals, uvs, materials } = &model.mesh;
+    if positions.len() > u32::MAX as usize || triangles.len() > u32::MAX as usize {
+        return Err(format!("more than {} vertices or triangles", u32::MAX));
+    }
+    if !positions.iter().flatten().all(|x| x.abs() <= LARGEST_COORDINATE) {
+        return Err("a coordinate is not a number between -1e12 and 1e12".into());
+    }
+    if triangles.iter().flatten().any(|&i| i as usize >= positions.len()) {
+        return Err("a triangle names a vertex that is not there".into());
+    }
+    if materials.len() != triangles.len() {
+        return Err(format!("{} triangles, but materials for {}", triangles.len(), materials.len()));
+    }
+    if materials.iter().any(|&m| m as usize >= model.material_names.len()) {
+        return Err("a triangle has a material that is not there".into());
+    }
+    check_attribute("normals", normals.as_ref(), &model.mesh)?;
+    let mut directions = normals.iter().flat_map(|normals| &normals.values);
+    if !directions.all(|&n| Vec3::from(n).length_squared() >= f32::MIN_POSITIVE) {
+        return Err("a normal has no direction".into());
+    }
+    check_attribute("texture coordinates", uvs.as_ref(), &model.mesh)
+}
+
+fn check_attribute<const N: usize>(
+    name: &str,
+    attribute: Option<&Attribute<[f32; N]>>,
+    mesh: &Mesh,
+) -> Result<(), String> {
+    let Some(Attribute { values, indices }) = attribute else { return Ok(()) };
+    if !values.iter().flatten().all(|x| x.is_finite()) {
+        return Err(format!("{name} that are not finite"));
+    }
+    let fits = |t: &[u32; 3]| t.iter().all(|&i| (i as usize) < values.len());
+    let fit = match indices {
+        Indices::OfPositions => mesh.triangles.iter().all(fits),
+        Indices::Own(own) => own.len() == mesh.triangles.len() && own.iter().all(|t| *t == [ABSENT; 3] || fits(t)),
+    };
+    if fit { Ok(()) } else { Err(format!("{name} that do not fit the triangles")) }
+}
+
+#[cfg(test)]
+mod tests;
