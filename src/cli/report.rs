@@ -99,7 +99,7 @@ pub struct Context<'a> {
 impl Report {
     pub fn new(context: &Context, rendering: &Rendering) -> Report {
         let total = total(&rendering.iterations);
-        let seconds = rendering.seconds;
+        let seconds = rendering.wall_seconds;
         let guide = rendering.guide.as_ref();
         let layers = layers(rendering, context.guide_layers.as_ref());
         let non_finite = Layer::non_finite(&layers, rendering.estimate.width as usize);
@@ -126,14 +126,14 @@ impl Report {
             load_seconds: context.load_seconds,
             build_seconds: context.build_seconds,
             render_seconds: seconds,
-            learn_seconds: rendering.iterations.iter().map(|i| i.learn_seconds).sum(),
+            learn_seconds: rendering.iterations.iter().map(|i| i.learn_wall_seconds).sum(),
             msamples_per_second: total.paths as f64 / seconds * 1e-6,
             mrays_per_second: all_rays / seconds * 1e-6,
             rays: total.rays,
             shadow_rays: total.shadow_rays,
             mean_path_length: ratio(total.rays, total.paths),
             zero_contribution_share: ratio(total.zero_contribution, total.paths),
-            embree_share: total.embree.as_secs_f64() / total.total.as_secs_f64().max(1e-9),
+            embree_share: total.embree_wall.as_secs_f64() / total.wall.as_secs_f64().max(1e-9),
             non_finite_samples: total.non_finite,
             non_finite_pixels: non_finite.as_ref().map_or(0, |found| found.pixels),
             first_non_finite_pixel: non_finite,
@@ -193,8 +193,8 @@ impl Iteration {
         let c = &report.counters;
         Iteration {
             spp: report.samples,
-            seconds: report.seconds,
-            learn_seconds: report.learn_seconds,
+            seconds: report.wall_seconds,
+            learn_seconds: report.learn_wall_seconds,
             mean_path_length: ratio(c.rays, c.paths),
             zero_contribution_share: ratio(c.zero_contribution, c.paths),
             usable_states: report.usable_states,

@@ -36,7 +36,7 @@ impl Own {
         let own = Own {
             samples: counters.clone().map(|c| c.paths).sum::<u64>() as f64,
             rays: counters.map(|c| c.rays + c.shadow_rays).sum::<u64>() as f64,
-            seconds: rendering.seconds,
+            seconds: rendering.wall_seconds,
             cpu_seconds,
         };
         Ok((own, rendering.estimate))

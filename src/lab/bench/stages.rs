@@ -84,13 +84,13 @@ fn run(scene: &Scene, settings: &Settings) -> Result<Run> {
     let split = clock.split()?;
     let counters = rendering.iterations.iter().map(|i| &i.counters);
     Ok(Run {
-        seconds: rendering.seconds,
+        seconds: rendering.wall_seconds,
         cpu_seconds,
         samples: counters.clone().map(|c| c.paths).sum(),
         rays: counters.map(|c| c.rays + c.shadow_rays).sum(),
         shares: shares(&rendering, &split.shares)?,
         stamp_nanoseconds: split.stamp_nanoseconds,
-        watching: watched.seconds / rendering.seconds,
+        watching: watched.wall_seconds / rendering.wall_seconds,
     })
 }
 
@@ -99,12 +99,12 @@ fn run(scene: &Scene, settings: &Settings) -> Result<Run> {
 fn shares(rendering: &Rendering, split: &[f64]) -> Result<[f64; STAGES.len()]> {
     let threads = rayon::current_num_threads() as f64;
     let sum = |of: fn(&crate::render::IterationReport) -> f64| rendering.iterations.iter().map(of).sum::<f64>();
-    let all = threads * rendering.seconds;
-    let batches = sum(|i| i.counters.total.as_secs_f64()) / all;
+    let all = threads * rendering.wall_seconds;
+    let batches = sum(|i| i.counters.wall.as_secs_f64()) / all;
     let mut shares = [0.0; STAGES.len()];
     shares.iter_mut().zip(split).for_each(|(share, part)| *share = batches * part);
-    shares[FILM] += threads * sum(|i| i.film_seconds) / all;
-    shares[LEARN] = threads * sum(|i| i.learn_seconds) / all;
+    shares[FILM] += threads * sum(|i| i.film_wall_seconds) / all;
+    shares[LEARN] = threads * sum(|i| i.learn_wall_seconds) / all;
     // the ends of rounds, where threads wait for the last batch; and what ends an iteration
     let rest = 1.0 - shares.iter().sum::<f64>();
     if rest < -1e-3 {

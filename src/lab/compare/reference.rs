@@ -125,7 +125,7 @@ impl Growing {
             if growth.stop.is_asked() {
                 break;
             }
-            found = Some(Growing::merged(found, rendering.estimate, rendering.seconds));
+            found = Some(Growing::merged(found, rendering.estimate, rendering.wall_seconds));
         }
         found
     }
@@ -206,6 +206,6 @@ impl Growing {
 /// What one render alone makes of it.
 impl From<Rendering> for Growing {
     fn from(rendering: Rendering) -> Growing {
-        Growing::merged(None, rendering.estimate, rendering.seconds)
+        Growing::merged(None, rendering.estimate, rendering.wall_seconds)
     }
 }

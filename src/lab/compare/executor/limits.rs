@@ -49,7 +49,7 @@ impl Limits {
 fn pace(scene: &Scene, settings: &Settings) -> f64 {
     let mut settings = settings.clone();
     (settings.render.spp, settings.render.time) = (TRIED, None);
-    render::render(scene, &settings, &mut |_| true).seconds / f64::from(TRIED)
+    render::render(scene, &settings, &mut |_| true).wall_seconds / f64::from(TRIED)
 }
 
 impl RenderExecutor<'_> {
