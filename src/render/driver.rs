@@ -166,7 +166,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         if state.samples() < self.job.settings.render.spp {
             state.film.join_rest();
         }
-        let wall_seconds = self.limits.elapsed();
+        let (wall_seconds, cpu) = (self.limits.elapsed(), self.limits.cpu.elapsed());
         let (mut estimate, unit) = (state.film.resolve(), self.job.scene.light_unit());
         estimate.mean.par_iter_mut().for_each(|mean| *mean = unit.radiance(*mean));
         estimate.variance.par_iter_mut().for_each(|variance| *variance = unit.squared_radiance(*variance));
@@ -174,6 +174,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             estimate,
             samples: state.samples(),
             wall_seconds,
+            cpu,
             film_wall_seconds: clock.elapsed().as_secs_f64() - wall_seconds,
             verdict: state.policy.verdict(),
             iterations: state.iterations,

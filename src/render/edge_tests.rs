@@ -8,7 +8,6 @@ use crate::film::tile::Tile;
 use crate::format;
 use crate::integrator::path::{GuideUse, PathIntegrator};
 use crate::integrator::{Batch, Task};
-use crate::io::clock::WallClock;
 use crate::math::luminance;
 use crate::scene::Scene;
 use std::fmt::Write;
@@ -121,7 +120,7 @@ fn halves(room: &Room) -> [Found; 3] {
     let (scene, settings) = room.load();
     let (stop, job) = (Stop::default(), Job { scene: &scene, settings: &settings, watch: &(), keep_guide: false });
     let state = RenderState::new(&scene, &settings, GuideIo::default());
-    let mut driver = Driver::new(job, state, Limits::new(WallClock::start(), None, &stop));
+    let mut driver = Driver::new(job, state, Limits::from_now(None, &stop));
     driver.run(&mut |_| true);
     let state = driver.into_state();
     let edge = SIZE[0] / 2;

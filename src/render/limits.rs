@@ -2,7 +2,7 @@
 
 use super::schedule::iteration_seconds;
 use crate::integrator::Stop;
-use crate::io::clock::WallClock;
+use crate::io::clock::{CpuClock, WallClock};
 use std::time::{Duration, Instant};
 
 /// Share of a time limit by which a pass may go beyond it. A pass that is longer is cut at the limit itself.
@@ -30,8 +30,9 @@ impl PassEnd<'_> {
 
 /// What ends a render.
 pub(super) struct Limits<'a> {
-    /// Started with the render.
+    /// Started with the render, both.
     pub clock: WallClock,
+    pub cpu: CpuClock,
     /// Seconds of wall time that the render may take.
     pub seconds: Option<f64>,
     pub stop: &'a Stop,
@@ -40,8 +41,9 @@ pub(super) struct Limits<'a> {
 }
 
 impl<'a> Limits<'a> {
-    pub fn new(clock: WallClock, seconds: Option<f64>, stop: &'a Stop) -> Limits<'a> {
-        Limits { clock, seconds, stop, newest_pass: Duration::ZERO }
+    /// Of a render that begins now, and may take so many `seconds` of wall time.
+    pub fn from_now(seconds: Option<f64>, stop: &'a Stop) -> Limits<'a> {
+        Limits { clock: WallClock::start(), cpu: CpuClock::process(), seconds, stop, newest_pass: Duration::ZERO }
     }
 
     /// Seconds of wall time since the render began.
@@ -96,7 +98,7 @@ mod tests {
     /// A limit of 100 seconds, of which so many are gone, after a pass of `pass` seconds.
     fn limits(stop: &Stop, gone: f64, pass: f64) -> Limits<'_> {
         let clock = WallClock::started(Duration::from_secs_f64(gone));
-        Limits { newest_pass: Duration::from_secs_f64(pass), ..Limits::new(clock, Some(100.0), stop) }
+        Limits { clock, newest_pass: Duration::from_secs_f64(pass), ..Limits::from_now(Some(100.0), stop) }
     }
 
     /// Seconds after which a pass that takes `pass` seconds is cut.
@@ -130,7 +132,7 @@ mod tests {
     #[test]
     fn a_limit_beyond_all_clocks_never_comes() {
         let stop = Stop::new();
-        let limits = Limits::new(WallClock::start(), Some(1e300), &stop);
+        let limits = Limits::from_now(Some(1e300), &stop);
         assert_eq!(limits.next_pass().deadline, None);
         assert!(!limits.time_is_up() && !Limits { seconds: None, ..limits }.time_is_up());
     }

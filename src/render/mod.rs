@@ -99,6 +99,8 @@ pub struct Rendering {
     pub samples: u32,
     /// Wall time from the guide's making to the last sample, learning included.
     pub wall_seconds: f64,
+    /// Processor time of the process over the same.
+    pub cpu: CpuTime,
     /// Wall time that it took to make one picture of the samples.
     pub film_wall_seconds: f64,
     pub guide: Option<Guide>,
@@ -148,7 +150,7 @@ pub fn render_watched<W: Watch>(
     stop: &Stop,
     observer: Observer,
 ) -> Rendering {
-    let limits = Limits::new(WallClock::start(), settings.render.time, stop);
+    let limits = Limits::from_now(settings.render.time, stop);
     let job = Job { scene, settings, watch, keep_guide: keeping.keep };
     let mut driver = Driver::new(job, RenderState::new(scene, settings, keeping), limits);
     match settings.render.order {

@@ -5,7 +5,6 @@ use super::super::limits::Limits;
 use super::super::{GuideIo, Rendering, Settings, Stop, render};
 use super::RenderState;
 use crate::format;
-use crate::io::clock::WallClock;
 use crate::scene::Scene;
 use std::path::Path;
 
@@ -19,29 +18,47 @@ fn door(set: &[&str]) -> (Scene, Settings) {
     (scene, Settings { integrator, guiding, render })
 }
 
-/// Renders with another driver for each iteration, which takes over nothing but the state.
-fn in_pieces(scene: &Scene, settings: &Settings) -> (usize, Rendering) {
+/// Renders with another driver for each iteration, which takes over nothing but the state, after `change`.
+fn in_pieces(scene: &Scene, settings: &Settings, change: fn(&mut RenderState)) -> (usize, Rendering) {
     let stop = Stop::new();
     let mut state = RenderState::new(scene, settings, GuideIo::default());
     for drivers in 0.. {
         let job = Job { scene, settings, watch: &(), keep_guide: false };
-        let mut driver = Driver::new(job, state, Limits::new(WallClock::start(), None, &stop));
+        let mut driver = Driver::new(job, state, Limits::from_now(None, &stop));
         if !driver.iterate(&mut |_| true) {
             return (drivers, driver.finish());
         }
         state = driver.into_state();
+        change(&mut state);
     }
     unreachable!("a render ends")
 }
 
 #[test]
 fn a_render_in_pieces_is_the_same_to_the_last_bit() {
-    for (method, spp) in [("auto", 400), ("auto", 40), ("adaptive", 40), ("sdtree", 40), ("none", 40)] {
+    for (method, spp) in [("auto", 400), ("auto", 60), ("adaptive", 40), ("sdtree", 40), ("none", 40)] {
         let (scene, settings) = door(&[&format!("guiding.method={method}"), &format!("render.spp={spp}")]);
-        let (whole, (drivers, pieces)) = (render(&scene, &settings, &mut |_| true), in_pieces(&scene, &settings));
+        let (whole, (drivers, pieces)) =
+            (render(&scene, &settings, &mut |_| true), in_pieces(&scene, &settings, |_| ()));
         assert!(drivers == whole.iterations.len() && drivers > 1, "{method}: {drivers} iterations");
         assert_eq!(whole.verdict, pieces.verdict, "{method}");
         assert!(whole.estimate.mean == pieces.estimate.mean, "{method}, {spp} samples: another picture");
         assert!(whole.estimate.variance == pieces.estimate.variance, "{method}, {spp} samples: other noise");
+    }
+}
+
+#[test]
+fn what_a_state_loses_shows_in_the_picture() {
+    let changes: [(&str, fn(&mut RenderState)); 5] = [
+        ("roulette", |state| state.roulette = None),
+        ("learnt samples", |state| state.learnt_samples = 0),
+        ("the plan", |state| state.plan.samples = 1),
+        ("the seed", |state| state.seed += 1),
+        ("paths", |state| state.paths -= state.pixels),
+    ];
+    let (scene, settings) = door(&["guiding.method=adaptive", "render.spp=40"]);
+    let whole = render(&scene, &settings, &mut |_| true).estimate.mean;
+    for (what, change) in changes {
+        assert!(in_pieces(&scene, &settings, change).1.estimate.mean != whole, "{what} makes no difference");
     }
 }

@@ -186,9 +186,9 @@ impl Auto {
         self.variance = found.unguided;
         self.lost += samples * (whole - 1.0 / trial.variance_ratio);
         let progress = self.add_trial(trial);
-        // few samples of light that few paths find say too little of how they vary: the guide has the benefit of the doubt
-        let doubt = 1.0 + STANDARD_ERRORS * found.relative_error;
-        let trial = Trial { variance_ratio: trial.variance_ratio / doubt, ..trial };
+        // Light that few paths find makes the variance of few samples uncertain. The judgement takes the optimistic end.
+        let optimism = 1.0 + STANDARD_ERRORS * found.relative_error;
+        let trial = Trial { variance_ratio: trial.variance_ratio / optimism, ..trial };
         let left = (self.budget - self.spent).max(0.0);
         let forecast = GainForecast { trial, trials: self.trials, samples, whole, progress, left };
         if self.losses >= MAX_LOSSES_IN_A_ROW || self.loses_too_much(&forecast, bounced) {
@@ -209,9 +209,9 @@ impl Auto {
     /// of bounced light.
     fn loses_too_much(&self, forecast: &GainForecast, bounced: f64) -> bool {
         let expected = forecast.expected();
-        let hope = if expected.gain < 1.0 { 1.0 } else { EXPECTED_GAIN_FACTOR };
-        let factor = (bounced / REFERENCE_VARIANCE).clamp(LOSS_FACTORS.0, LOSS_FACTORS.1);
-        let limit = LOSS_SHARE * factor * hope * self.budget;
+        let by_gain = if expected.gain < 1.0 { 1.0 } else { EXPECTED_GAIN_FACTOR };
+        let by_variance = (bounced / REFERENCE_VARIANCE).clamp(LOSS_FACTORS.0, LOSS_FACTORS.1);
+        let limit = LOSS_SHARE * by_variance * by_gain * self.budget;
         forecast.trial.gain() < 1.0 && self.lost + expected.loss > limit
     }
 }

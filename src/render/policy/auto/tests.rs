@@ -144,17 +144,18 @@ fn the_last_and_longest_iteration_is_for_a_guide_that_wins() {
     assert!(tried(1e4, &trials(12.0)).uses_guide(), "there is time to learn more");
 }
 
-/// Whether the guide stays after a trial of four samples with `variances`, and then `trial` instead.
-fn stays(unguided: Vec<f64>, of_picture: f64, trial: f64) -> bool {
+/// Whether the guide stays after a trial of four samples with the variance `trial` everywhere; `unguided` are those of one
+/// of `samples` samples before.
+fn stays(unguided: Vec<f64>, samples: u32, of_picture: f64, trial: f64) -> bool {
     let mut auto = begun(10.0, 60.0);
-    auto.first_lesson(unguided, 5, 2, cost(&auto, &counters(5)));
+    auto.first_lesson(unguided, samples, 2, cost(&auto, &counters(5)));
     auto.judge(&noise(of_picture), &vec![trial; PIXELS as usize], 4, cost(&auto, &counters(10)));
     auto.uses_guide()
 }
 
 #[test]
 fn wild_light_may_cost_more_to_try() {
-    let stays = |variance: f64| stays(vec![variance; PIXELS as usize], variance, 1.1 * variance);
+    let stays = |variance: f64| stays(vec![variance; PIXELS as usize], 5, variance, 1.1 * variance);
     assert!(!stays(20.0) && stays(400.0), "the same trial, of a variance that turned out to be so much larger");
 }
 
@@ -163,7 +164,7 @@ fn a_guide_has_the_benefit_of_the_doubt_where_few_pixels_say_how_samples_vary() 
     let stays = |bright: usize| {
         // 20 on average, all of it in one of so many pixels
         let variance = |i| if i % bright == 0 { 20.0 * bright as f64 } else { 0.0 };
-        stays((0..PIXELS as usize).map(variance).collect(), 20.0, 22.0)
+        stays((0..PIXELS as usize).map(variance).collect(), 1, 20.0, 22.0)
     };
     assert!(!stays(1) && !stays(5) && stays(1000), "the same trial, with a standard error of 0, 1 and 16 %");
 }
