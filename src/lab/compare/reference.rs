@@ -80,7 +80,7 @@ pub fn record_of_file(path: &Path, reference: &Reference) -> ReferenceRecord {
         source: Source::File,
         path: path.display().to_string(),
         samples: None,
-        seconds: None,
+        wall_seconds: None,
         relmse_noise: reference.noise(),
     }
 }
@@ -174,7 +174,7 @@ impl Growing {
             source: Source::Made,
             path: file.display().to_string(),
             samples: Some(self.samples),
-            seconds: Some(self.seconds),
+            wall_seconds: Some(self.seconds),
             relmse_noise: Some(self.noise()),
         }
     }
