@@ -128,7 +128,7 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
     let metadata = Metadata {
         scene_hash: context.scene.hash_text(),
         samples_per_pixel: e.samples,
-        render_time_seconds: rendering.seconds as f32,
+        render_time_seconds: rendering.wall_seconds as f32,
         seed: context.seed,
         extra,
     };

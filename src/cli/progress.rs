@@ -41,9 +41,9 @@ impl Bar {
 
     pub fn update(&self, p: &Progress) {
         self.0.set_position((p.share * STEPS as f64) as u64);
-        let left = if p.share > 0.0 { p.seconds * (1.0 / p.share - 1.0) } else { 0.0 };
+        let left = if p.share > 0.0 { p.wall_seconds * (1.0 / p.share - 1.0) } else { 0.0 };
         self.0.set_prefix(format!("{:.0?}", Duration::from_secs(left.round() as u64)));
-        let rate = p.paths as f64 / p.seconds.max(1e-9) * 1e-6;
+        let rate = p.paths as f64 / p.wall_seconds.max(1e-9) * 1e-6;
         self.0.set_message(format!("{} spp, {rate:.2} Msamples/s", p.samples));
     }
 

@@ -12,9 +12,9 @@ use crate::scene::Scene;
 use serde::Serialize;
 
 /// Version of the JSON's shape; a change that breaks readers raises it.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 
-/// What `--json` writes. Times are in seconds.
+/// What `--json` writes. Rates are per second of wall time.
 #[derive(Serialize)]
 pub struct Report {
     schema: u32,
@@ -37,17 +37,21 @@ pub struct Report {
     spp_kept_least: u32,
     spp_kept_most: u32,
     blank_pixels: usize,
-    load_seconds: f64,
-    build_seconds: f64,
-    render_seconds: f64,
-    learn_seconds: f64,
+    load_wall_seconds: f64,
+    build_wall_seconds: f64,
+    render_wall_seconds: f64,
+    /// Processor time of all threads together.
+    render_cpu_seconds: f64,
+    /// Wall time that learning took, on average over all threads; and their processor time together.
+    learn_wall_seconds: f64,
+    learn_cpu_seconds: f64,
     msamples_per_second: f64,
     mrays_per_second: f64,
     rays: u64,
     shadow_rays: u64,
     mean_path_length: f64,
     zero_contribution_share: f64,
-    /// Share of the tiles' processor time in Embree's queries.
+    /// Share of the tiles' wall time in Embree's queries.
     embree_share: f64,
     /// Samples that count as black.
     non_finite_samples: u64,
@@ -74,8 +78,9 @@ struct GuideReport {
 #[derive(Serialize)]
 struct Iteration {
     spp: u32,
-    seconds: f64,
-    learn_seconds: f64,
+    wall_seconds: f64,
+    learn_wall_seconds: f64,
+    learn_cpu_seconds: f64,
     mean_path_length: f64,
     zero_contribution_share: f64,
     usable_states: usize,
@@ -89,6 +94,7 @@ pub struct Context<'a> {
     pub name: String,
     pub seed: u64,
     pub interrupted: bool,
+    /// Wall time.
     pub load_seconds: f64,
     pub build_seconds: f64,
     pub subject: GuideFingerprint,
@@ -99,7 +105,7 @@ pub struct Context<'a> {
 impl Report {
     pub fn new(context: &Context, rendering: &Rendering) -> Report {
         let total = total(&rendering.iterations);
-        let seconds = rendering.seconds;
+        let seconds = rendering.wall_seconds;
         let guide = rendering.guide.as_ref();
         let layers = layers(rendering, context.guide_layers.as_ref());
         let non_finite = Layer::non_finite(&layers, rendering.estimate.width as usize);
@@ -123,17 +129,19 @@ impl Report {
             spp_kept_least: least,
             spp_kept_most: most,
             blank_pixels: blank,
-            load_seconds: context.load_seconds,
-            build_seconds: context.build_seconds,
-            render_seconds: seconds,
-            learn_seconds: rendering.iterations.iter().map(|i| i.learn_seconds).sum(),
+            load_wall_seconds: context.load_seconds,
+            build_wall_seconds: context.build_seconds,
+            render_wall_seconds: seconds,
+            render_cpu_seconds: rendering.cpu.seconds(),
+            learn_wall_seconds: rendering.iterations.iter().map(|i| i.learn_wall_seconds).sum(),
+            learn_cpu_seconds: rendering.iterations.iter().map(|i| i.learn_cpu.seconds()).sum(),
             msamples_per_second: total.paths as f64 / seconds * 1e-6,
             mrays_per_second: all_rays / seconds * 1e-6,
             rays: total.rays,
             shadow_rays: total.shadow_rays,
             mean_path_length: ratio(total.rays, total.paths),
             zero_contribution_share: ratio(total.zero_contribution, total.paths),
-            embree_share: total.embree.as_secs_f64() / total.total.as_secs_f64().max(1e-9),
+            embree_share: total.embree_wall.as_secs_f64() / total.wall.as_secs_f64().max(1e-9),
             non_finite_samples: total.non_finite,
             non_finite_pixels: non_finite.as_ref().map_or(0, |found| found.pixels),
             first_non_finite_pixel: non_finite,
@@ -159,7 +167,7 @@ impl Report {
         let mut text = format!(
             "{} spp in {:.1} s: {:.2} Msamples/s, {:.1} Mrays/s, {:.0} % of the time in Embree, mean path {:.1} segments",
             self.spp,
-            self.render_seconds,
+            self.render_wall_seconds,
             self.msamples_per_second,
             self.mrays_per_second,
             100.0 * self.embree_share,
@@ -179,7 +187,7 @@ impl Report {
                 self.guide.states,
                 self.guide.bytes as f64 / (1 << 20) as f64,
                 100.0 * self.guide.drawn_share,
-                self.learn_seconds,
+                self.learn_wall_seconds,
             );
         }
         text += &self.guide.verdict.map_or(String::new(), |verdict| format!("\n{}", reason(&verdict)));
@@ -193,8 +201,9 @@ impl Iteration {
         let c = &report.counters;
         Iteration {
             spp: report.samples,
-            seconds: report.seconds,
-            learn_seconds: report.learn_seconds,
+            wall_seconds: report.wall_seconds,
+            learn_wall_seconds: report.learn_wall_seconds,
+            learn_cpu_seconds: report.learn_cpu.seconds(),
             mean_path_length: ratio(c.rays, c.paths),
             zero_contribution_share: ratio(c.zero_contribution, c.paths),
             usable_states: report.usable_states,

@@ -5,6 +5,7 @@ use super::vertex_record::VertexRecords;
 use crate::embree::{HitBatch, ShadowBatch};
 use crate::film::tile::{Aovs, Tile, TileSamples};
 use crate::guiding::Recorder;
+use crate::io::clock::CpuTime;
 use crate::math::Rgb;
 use crate::math::rng::{Rng, RngLanes};
 use crate::simd::{LANES, Lanes, Packing, Vec3Lanes};
@@ -278,11 +279,13 @@ pub struct Counters {
     pub non_finite: u64,
     /// The first of them: pixel and sample.
     pub first_non_finite: Option<(u32, u32, u32)>,
-    /// Processor time in Embree's queries, packets prepared, and in all of the batch.
-    pub embree: Duration,
-    pub total: Duration,
-    /// As much of `total` as it took to make transitions of the paths.
-    pub recording: Duration,
+    /// Wall time of threads in Embree's queries, packets prepared, and in whole batches: short pieces, for which a
+    /// processor clock would be too slow.
+    pub embree_wall: Duration,
+    pub wall: Duration,
+    /// Processor time of whole batches, and as much of it as it took to make transitions of the paths.
+    pub cpu: CpuTime,
+    pub recording_cpu: CpuTime,
 }
 
 impl Counters {
@@ -298,8 +301,9 @@ impl Counters {
         self.transitions += other.transitions;
         self.non_finite += other.non_finite;
         self.first_non_finite = self.first_non_finite.or(other.first_non_finite);
-        self.embree += other.embree;
-        self.total += other.total;
-        self.recording += other.recording;
+        self.embree_wall += other.embree_wall;
+        self.wall += other.wall;
+        self.cpu += other.cpu;
+        self.recording_cpu += other.recording_cpu;
     }
 }

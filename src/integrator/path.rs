@@ -18,10 +18,11 @@ use crate::geometry::Ray;
 use crate::guiding::Field;
 use crate::guiding::settings::GuidingSettings;
 use crate::integrator::IntegratorSettings;
+use crate::io::clock::{CpuClock, WallClock};
 use crate::math::Rgb;
 use crate::math::rng::Rng;
 use crate::scene::Scene;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Everything a batch reads and nothing it writes.
 #[derive(Clone, Copy)]
@@ -62,7 +63,7 @@ impl PathIntegrator<'_> {
         probe: &mut P,
         stop: &Stop,
     ) -> Option<BatchResult> {
-        let start = Instant::now();
+        let (wall, cpu) = (WallClock::start(), CpuClock::thread());
         let mut walk = Wavefront {
             integrator: self,
             task,
@@ -77,13 +78,11 @@ impl PathIntegrator<'_> {
         if !walk.advance(1, stop) {
             return None;
         }
-        let recording = Instant::now();
         let recorder = walk.record();
-        walk.counters.recording = recording.elapsed();
         let mut result = walk.gather();
         result.counters.transitions = recorder.as_ref().map_or(0, |r| r.len() as u64);
         result.recorder = recorder;
-        result.counters.total = start.elapsed();
+        (result.counters.wall, result.counters.cpu) = (wall.elapsed(), cpu.elapsed());
         Some(result)
     }
 }
@@ -206,7 +205,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         self.probe.stage(Stage::Intersect);
         let Wave { rays, paths } = &mut self.batch.wave;
         let (cast, geometry) = (Cast { rays, slots: &|i| paths.slot(i), depth }, self.integrator.scene.geometry());
-        self.counters.embree += timed(|| self.probe.trace(cast, geometry, coherence));
+        self.counters.embree_wall += timed(|| self.probe.trace(cast, geometry, coherence));
     }
 
     fn trace_shadows(&mut self, depth: usize) {
@@ -214,7 +213,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let Batch { shadow_rays, next_events, .. } = &mut *self.batch;
         let cast = Cast { rays: shadow_rays, slots: &|i| next_events.slot(i), depth };
         let geometry = self.integrator.scene.geometry();
-        self.counters.embree += timed(|| self.probe.trace_shadows(cast, geometry, Coherence::Incoherent));
+        self.counters.embree_wall += timed(|| self.probe.trace_shadows(cast, geometry, Coherence::Incoherent));
     }
 
     /// Random numbers of the batch, apart from those of its paths.
@@ -238,7 +237,7 @@ fn for_blocks(width: u32, height: u32, mut pixel: impl FnMut(u32, u32)) {
 }
 
 fn timed(f: impl FnOnce()) -> Duration {
-    let start = Instant::now();
+    let clock = WallClock::start();
     f();
-    start.elapsed()
+    clock.elapsed()
 }

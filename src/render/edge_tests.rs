@@ -1,13 +1,14 @@
 //! Dark pixels beside a bright half of the picture get as many paths as those far from it, and are no noisier.
 
-use super::Settings;
-use super::driver::Driver;
+use super::driver::{Driver, Job};
+use super::limits::Limits;
+use super::state::RenderState;
+use super::{GuideIo, Settings, Stop};
 use crate::film::tile::Tile;
 use crate::format;
 use crate::integrator::path::{GuideUse, PathIntegrator};
 use crate::integrator::{Batch, Task};
 use crate::math::luminance;
-use crate::render::{GuideIo, Stop};
 use crate::scene::Scene;
 use std::fmt::Write;
 
@@ -89,15 +90,15 @@ struct Found {
 }
 
 /// Renders with a guide that has learnt, as the next iteration would.
-fn look(driver: &Driver<()>, columns: [u32; 2]) -> Found {
+fn look(scene: &Scene, settings: &Settings, state: &RenderState, columns: [u32; 2]) -> Found {
     let tile = Tile { x: columns[0], y: ROWS[0], width: columns[1] - columns[0], height: ROWS[1] - ROWS[0] };
-    let guide = driver.guide.as_ref().expect("there is a guide");
-    let efficiency = driver.efficiency.as_ref();
+    let guide = state.guide.as_ref().expect("there is a guide");
+    let efficiency = state.roulette.as_ref();
     assert!(efficiency.is_some(), "roulette goes by the picture");
-    let guide = GuideUse { field: guide.field(), settings: &driver.settings.guiding, learn: false, efficiency };
+    let guide = GuideUse { field: guide.field(), settings: &settings.guiding, learn: false, efficiency };
     let integrator = PathIntegrator {
-        scene: driver.scene,
-        settings: &driver.settings.integrator,
+        scene,
+        settings: &settings.integrator,
         guide: Some(guide),
         seed: 1,
         features: false,
@@ -117,11 +118,14 @@ fn look(driver: &Driver<()>, columns: [u32; 2]) -> Found {
 /// The dark pixels within three of the edge, dark ones farther away, and bright ones.
 fn halves(room: &Room) -> [Found; 3] {
     let (scene, settings) = room.load();
-    let stop = Stop::default();
-    let mut driver = Driver::new(&scene, &settings, GuideIo::default(), &(), &stop);
+    let (stop, job) = (Stop::default(), Job { scene: &scene, settings: &settings, watch: &(), keep_guide: false });
+    let state = RenderState::new(&scene, &settings, GuideIo::default());
+    let mut driver = Driver::new(job, state, Limits::from_now(None, &stop));
     driver.run(&mut |_| true);
+    let state = driver.into_state();
     let edge = SIZE[0] / 2;
-    [[edge - 3, edge], [edge - 9, edge - 6], [edge + 6, edge + 9]].map(|columns| look(&driver, columns))
+    [[edge - 3, edge], [edge - 9, edge - 6], [edge + 6, edge + 9]]
+        .map(|columns| look(&scene, &settings, &state, columns))
 }
 
 #[test]

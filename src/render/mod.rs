@@ -1,22 +1,19 @@
 //! Rendering: a scene and settings in, a picture, its guide and an account of each iteration out.
 
-mod blocks;
-mod cost;
 mod driver;
-mod efficiency;
-mod end;
-mod forecast;
 pub mod guide_file;
-mod judging;
+mod limits;
 mod noise;
-mod round;
+mod policy;
+mod roulette;
 mod schedule;
 mod settings;
-mod verdict;
-mod worth;
+mod state;
+mod tracer;
+mod workers;
 
+pub use policy::{Reason, Trial, Verdict};
 pub use settings::{Order, RenderSettings};
-pub use verdict::{Reason, Trial, Verdict};
 
 use crate::film::accumulate::Estimate;
 use crate::guiding::Guide;
@@ -24,9 +21,14 @@ use crate::guiding::settings::GuidingSettings;
 pub use crate::integrator::Stop;
 use crate::integrator::probe::Watch;
 use crate::integrator::{Counters, IntegratorSettings};
+use crate::io::clock::{CpuClock, CpuTime, WallClock};
 use crate::scene::Scene;
-use driver::Driver;
+use driver::{Driver, Job};
 use guide_file::LoadedGuide;
+use limits::Limits;
+use state::RenderState;
+use std::time::Duration;
+use workers::WorkerResult;
 
 /// What to render with.
 #[derive(Clone, Debug, Default)]
@@ -37,18 +39,41 @@ pub struct Settings {
 }
 
 /// What one iteration did.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct IterationReport {
     /// Samples per pixel; on average, rounded down, where a pass was cut.
     pub samples: u32,
-    pub seconds: f64,
-    /// Seconds of it in which the guide learnt and froze: processor time over the number of threads.
-    pub learn_seconds: f64,
-    /// The same of the picture, which took the samples of tiles.
-    pub film_seconds: f64,
+    pub wall_seconds: f64,
+    /// Wall time of it in which the guide learnt and froze; of what some threads did beside others, on average over all.
+    pub learn_wall_seconds: f64,
+    /// Processor time of the same, of all threads together.
+    pub learn_cpu: CpuTime,
+    /// Wall time in which the picture took the samples of tiles, on average over all threads.
+    pub film_wall_seconds: f64,
     pub counters: Counters,
     /// States that could be drawn from during the iteration.
     pub usable_states: usize,
+}
+
+impl IterationReport {
+    /// Has the guide learn, which all threads may take part in.
+    fn add_learning<R>(&mut self, learn: impl FnOnce() -> R) -> R {
+        let (wall, cpu) = (WallClock::start(), CpuClock::process());
+        let result = learn();
+        self.learn_wall_seconds += wall.elapsed().as_secs_f64();
+        self.learn_cpu += cpu.elapsed();
+        result
+    }
+
+    /// Adds what threads did beside tracing.
+    fn add_shares(&mut self, shares: &[WorkerResult]) {
+        let average = |of: fn(&WorkerResult) -> Duration| {
+            shares.iter().map(of).sum::<Duration>().as_secs_f64() / shares.len() as f64
+        };
+        self.film_wall_seconds += average(|share| share.film);
+        self.learn_wall_seconds += average(|share| share.learning.0);
+        self.learn_cpu += shares.iter().map(|share| share.learning.1).sum();
+    }
 }
 
 /// How far a render is.
@@ -58,7 +83,7 @@ pub struct Progress {
     pub samples: u32,
     /// Share of the budget that is used, in [0, 1].
     pub share: f64,
-    pub seconds: f64,
+    pub wall_seconds: f64,
     pub paths: u64,
 }
 
@@ -72,10 +97,12 @@ pub struct Rendering {
     /// All samples per pixel that were traced, those of discarded iterations too; on average, rounded down, where a pass was
     /// cut.
     pub samples: u32,
-    /// From the guide's making to the last sample, learning included.
-    pub seconds: f64,
-    /// Seconds that it took to make one picture of the samples.
-    pub film_seconds: f64,
+    /// Wall time from the guide's making to the last sample, learning included.
+    pub wall_seconds: f64,
+    /// Processor time of the process over the same.
+    pub cpu: CpuTime,
+    /// Wall time that it took to make one picture of the samples.
+    pub film_wall_seconds: f64,
     pub guide: Option<Guide>,
     /// Whether the guide paid; `None` where that was not asked, or too little was rendered to tell.
     pub verdict: Option<Verdict>,
@@ -123,7 +150,9 @@ pub fn render_watched<W: Watch>(
     stop: &Stop,
     observer: Observer,
 ) -> Rendering {
-    let mut driver = Driver::new(scene, settings, keeping, watch, stop);
+    let limits = Limits::from_now(settings.render.time, stop);
+    let job = Job { scene, settings, watch, keep_guide: keeping.keep };
+    let mut driver = Driver::new(job, RenderState::new(scene, settings, keeping), limits);
     match settings.render.order {
         Order::Progressive => driver.run(observer),
         Order::Blocks => driver.run_blocks(observer),

@@ -4,7 +4,7 @@
 use crate::film::tile::Tile;
 use crate::integrator::Task;
 
-/// Paths in a round. Between rounds the guide learns and the clock is looked at; fixed, so that no result depends
+/// Paths in a round. Between rounds the guide learns and the wall clock is read; fixed, so that no result depends
 /// on the number of threads.
 const ROUND_PATHS: usize = 1 << 18;
 
@@ -13,6 +13,14 @@ const ONLINE_ROUND_PATHS: usize = 1 << 15;
 
 /// From this many pixels on, a batch takes one sample of a larger tile, so that passes stay short.
 const LARGE_IMAGE: usize = 1 << 19;
+
+/// Samples per pixel that an iteration plans at most.
+pub const LONGEST_ITERATION: u32 = 1 << 30;
+
+/// Samples per pixel of the iteration after one of `planned`.
+pub fn doubled(planned: u32) -> u32 {
+    (2 * planned).min(LONGEST_ITERATION)
+}
 
 /// The tiles of an image and the samples that a batch takes of each pixel: 4096 paths. Fewer are no faster.
 #[derive(Clone, Copy, Debug)]

@@ -91,7 +91,7 @@ fn cell(scene: &str, method: &str, budget: &str) -> Value {
         "ratio_trimmed": around((!undefined).then_some(ratio.sqrt()), half / 2.0),
         "relmse_median": 0.02, "relmse_worst": 0.03, "non_finite": if finite { 0 } else { 2 },
         "bias": {"z": if biased { 9.0 } else { 0.5 }, "p": if biased { 1e-9 } else { 0.6 }, "biased": biased}});
-    let measures = "seconds samples mse relmse relmse_trimmed mape smape flip efficiency efficiency_trimmed \
+    let measures = "wall_seconds samples mse relmse relmse_trimmed mape smape flip efficiency efficiency_trimmed \
         msamples_per_second mrays_per_second mean_path_length zero_share guide_bytes guide_states peak_bytes";
     measures.split_whitespace().for_each(|name| cell[name] = around(Some(2.0 / ratio), 0.01));
     cell
@@ -106,7 +106,7 @@ fn results() -> Value {
     };
     let scene = |name: &&str| {
         json!({"name": name, "path": "scene.toml", "width": SIZE[0], "height": SIZE[1], "triangles": 12, "reference":
-            {"source": "made", "path": "r.exr", "samples": 4096, "seconds": 3.5, "relmse_noise": 1e-5}})
+            {"source": "made", "path": "r.exr", "samples": 4096, "wall_seconds": 3.5, "relmse_noise": 1e-5}})
     };
     let cells = SCENES.map(|s| METHODS.map(|m| budgets.map(|b| cell(s, m, b)))).into_iter().flatten().flatten();
     json!({
@@ -115,7 +115,7 @@ fn results() -> Value {
         "scenes": SCENES.iter().map(scene).collect::<Vec<_>>(),
         "methods": METHODS.map(|name| json!({"name": name, "overrides": {"guiding.method": name},
             "baseline": name == "none"})),
-        "budgets": budgets.map(|name| json!({"name": name, "seconds": null, "spp": 4})),
+        "budgets": budgets.map(|name| json!({"name": name, "wall_seconds": null, "spp": 4})),
         "runs": [], "cells": cells.collect::<Vec<_>>(),
         "charts": [chart(None), chart(Some("a<b")), chart(Some("hall"))],
         "gallery": gallery(),

@@ -137,7 +137,7 @@ fn time_cuts_a_long_pass_but_leaves_no_pixel_without_samples() {
     // a limit in the middle of the second pass, as long as nobody else takes the processors meanwhile
     let cut = (0..8).any(|_| {
         let mut settings = loaded.settings.clone();
-        let pass = render(&settings).seconds;
+        let pass = render(&settings).wall_seconds;
         (settings.render.spp, settings.render.time) = (1 << 20, Some(2.0 * pass));
         let rendering = render(&settings);
         let (least, most, blank) = rendering.estimate.spread();

@@ -227,14 +227,14 @@ pub const PLAN_WORDS: [&[u8]; 24] = [
 pub const RUNS: &str = concat!(
     r#"{"plan":{"format":1,"hash":"h","title":"t"}}"#,
     "\n",
-    r#"{"reference":{"scene":"s","reference":{"source":"made","path":"r.exr","samples":64,"seconds":1.5,"relmse_noise":null}}}"#,
+    r#"{"reference":{"scene":"s","reference":{"source":"made","path":"r.exr","samples":64,"wall_seconds":1.5,"relmse_noise":null}}}"#,
     "\n",
     r#"{"repeat":{"scene":"s","method":"none","spp":8,"equal":true}}"#,
     "\n",
-    r#"{"run":{"scene":"s","method":"none","budget":"4 spp","seed":3,"samples":4,"seconds":2.0,"learn_seconds":0.0,"film_seconds":0.1,"#,
+    r#"{"run":{"scene":"s","method":"none","budget":"4 spp","seed":3,"samples":4,"wall_seconds":2.0,"cpu_seconds":4.0,"learn_wall_seconds":0.0,"film_wall_seconds":0.1,"#,
     r#""mse":0.5,"relmse":null,"relmse_trimmed":0.1,"mape":0.2,"smape":0.2,"flip":0.1,"worst_permille":8.0,"mean":[0.5,0.25,0.125],"#,
     r#""non_finite":0,"broken_pixels":0,"rays":4000,"shadow_rays":2000,"paths":1000,"mean_path_length":4.0,"zero_share":0.5,"#,
-    r#""guide_bytes":0,"guide_states":0,"peak_bytes":null,"iterations":[{"samples":4,"seconds":1.0,"learn_seconds":0.0,"#,
+    r#""guide_bytes":0,"guide_states":0,"peak_bytes":null,"iterations":[{"samples":4,"wall_seconds":1.0,"learn_wall_seconds":0.0,"#,
     r#""mean_path_length":4.0,"zero_share":0.5,"guide_hit_share":0.0}],"blocks":[1.0,2.0,0.5]}}"#,
     "\n",
 );

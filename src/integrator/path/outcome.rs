@@ -5,6 +5,7 @@ use crate::film::tile::{Aovs, TileSamples};
 use crate::guiding::Recorder;
 use crate::integrator::backward_pass::{self, WaveRecord};
 use crate::integrator::batch::{Batch, BatchResult};
+use crate::io::clock::CpuClock;
 use crate::math::{Rgb, luminance};
 
 impl<P: Probe> Wavefront<'_, '_, P> {
@@ -21,11 +22,13 @@ impl<P: Probe> Wavefront<'_, '_, P> {
             return None;
         }
         self.probe.stage(Stage::Record);
+        let clock = CpuClock::thread();
         let mut recorder = std::mem::take(&mut self.batch.recorder);
         let b = &mut *self.batch;
         backward_pass::record(&b.vertices, &mut b.followed, &mut recorder);
         b.points.drain(..).for_each(|(p, n)| recorder.push_point(p, n));
         b.vertices.iter_mut().for_each(WaveRecord::clear);
+        self.counters.recording_cpu = clock.elapsed();
         Some(recorder)
     }
 

@@ -1,34 +1,28 @@
-//! Processor time and memory of the process, as Linux tells them.
+//! Processor time of other programs and memory of this one, as Linux tells them.
 
+use crate::io::clock::CpuTime;
 use crate::{Error, Result};
 use std::path::Path;
-
-/// Seconds of processor time, user and system.
-#[derive(Clone, Copy, Debug)]
-pub struct CpuTimes {
-    /// Of this process, all threads.
-    pub own: f64,
-    /// Of the programs that it has started and waited for.
-    pub children: f64,
-}
 
 /// `/proc` counts in hundredths of a second, whatever the kernel's own clock (USER_HZ, proc(5)).
 const TICKS: f64 = 100.0;
 
+/// Processor time, user and system, of the programs that this one has started and waited for.
+///
 /// # Errors
 /// Where the system has no `/proc`.
-pub fn times() -> Result<CpuTimes> {
+pub fn of_children() -> Result<CpuTime> {
     let path = Path::new("/proc/self/stat");
     let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
     parse(&text).ok_or_else(|| Error::file(path, "no processor times in it"))
 }
 
-fn parse(stat: &str) -> Option<CpuTimes> {
-    // the second field is a name in brackets that may itself hold blanks and brackets; utime is the 14th
+fn parse(stat: &str) -> Option<CpuTime> {
+    // the second field is a name in brackets that may itself hold blanks and brackets; cutime is the 16th
     let (_, rest) = stat.rsplit_once(')')?;
-    let ticks: Vec<f64> = rest.split_whitespace().skip(11).take(4).map_while(|field| field.parse().ok()).collect();
-    let [user, system, children_user, children_system] = ticks[..] else { return None };
-    Some(CpuTimes { own: (user + system) / TICKS, children: (children_user + children_system) / TICKS })
+    let ticks: Vec<u32> = rest.split_whitespace().skip(13).take(2).map_while(|field| field.parse().ok()).collect();
+    let [user, system] = ticks[..] else { return None };
+    Some(CpuTime::from_seconds((f64::from(user) + f64::from(system)) / TICKS))
 }
 
 /// The most memory that the process has had at once, in bytes; `None` where the system does not tell.
@@ -44,8 +38,8 @@ mod tests {
 
     #[test]
     fn fields_are_found_behind_a_name_with_brackets() {
-        let times = parse("1 (a) b) S 2 3 4 5 6 7 8 9 10 11 250 50 30 20 99").unwrap();
-        assert!((times.own - 3.0).abs() < 1e-12 && (times.children - 0.5).abs() < 1e-12, "{times:?}");
+        let time = parse("1 (a) b) S 2 3 4 5 6 7 8 9 10 11 250 50 30 20 99").unwrap();
+        assert!((time.seconds() - 0.5).abs() < 1e-9, "{time:?}");
         assert!(parse("1 (a) S 2").is_none() && parse("").is_none());
     }
 }

@@ -5,13 +5,13 @@ use crate::film::tile::Tile;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::{Batch, PathIntegrator, Task};
+use crate::io::clock::WallClock;
 use crate::scene::{Scene, obj};
 use crate::stats::Median;
 use crate::{Error, Result};
 use serde::Serialize;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
-use std::time::Instant;
 
 /// Seconds and bytes. The file is in the system's cache: it was read once before.
 #[derive(Clone, Debug, Serialize)]
@@ -37,7 +37,7 @@ pub struct LoadReport {
 #[derive(Clone, Debug, Serialize)]
 pub struct TobjFigure {
     pub triangles: Option<usize>,
-    pub seconds: Option<Median>,
+    pub wall_seconds: Option<Median>,
     /// tobj's time over that of `parse`, turn by turn.
     pub ratio: Option<Median>,
     /// Why it has no figures.
@@ -90,7 +90,7 @@ struct Tobj {
 }
 
 fn turn(description: &SceneFile, path: &Path, threads: usize) -> Result<Turn> {
-    let start = Instant::now();
+    let start = WallClock::start();
     let parsed = obj::load(path)?;
     let parse = start.elapsed().as_secs_f64();
     drop(parsed);
@@ -100,7 +100,7 @@ fn turn(description: &SceneFile, path: &Path, threads: usize) -> Result<Turn> {
 }
 
 fn first_pixel(description: &SceneFile, threads: usize) -> Result<(f64, Scene)> {
-    let start = Instant::now();
+    let start = WallClock::start();
     let (scene, _) = description.load_scene(threads)?;
     let settings = settings(description, GuidingMethod::None);
     let integrator = PathIntegrator {
@@ -123,7 +123,7 @@ fn tobj_alone(path: &Path) -> Result<Tobj, String> {
     let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|_| ()));
-    let start = Instant::now();
+    let start = WallClock::start();
     let loaded = panic::catch_unwind(AssertUnwindSafe(|| tobj::load_obj(path, &options)));
     let seconds = start.elapsed().as_secs_f64();
     panic::set_hook(hook);
@@ -135,10 +135,10 @@ fn tobj_figure(turns: &[Turn]) -> TobjFigure {
     let all: Result<Vec<(&Turn, &Tobj)>, &String> =
         turns.iter().map(|turn| turn.tobj.as_ref().map(|tobj| (turn, tobj))).collect();
     match all {
-        Err(failure) => TobjFigure { triangles: None, seconds: None, ratio: None, failure: Some(failure.clone()) },
+        Err(failure) => TobjFigure { triangles: None, wall_seconds: None, ratio: None, failure: Some(failure.clone()) },
         Ok(all) => TobjFigure {
             triangles: all.first().map(|(_, tobj)| tobj.triangles),
-            seconds: Median::of(&all.iter().map(|(_, tobj)| tobj.seconds).collect::<Vec<_>>()),
+            wall_seconds: Median::of(&all.iter().map(|(_, tobj)| tobj.seconds).collect::<Vec<_>>()),
             ratio: Median::of(&all.iter().map(|(turn, tobj)| tobj.seconds / turn.parse).collect::<Vec<_>>()),
             failure: None,
         },

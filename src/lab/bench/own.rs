@@ -1,6 +1,6 @@
 //! Phototaxis' own part in a comparison with another renderer.
 
-use super::{cpu, median};
+use super::median;
 use crate::Result;
 use crate::film::accumulate::Estimate;
 use crate::render::{Settings, render};
@@ -21,6 +21,7 @@ pub struct OurFigures {
 pub struct Own {
     pub samples: f64,
     pub rays: f64,
+    /// Wall time.
     pub seconds: f64,
     /// Processor seconds of all threads.
     pub cpu_seconds: f64,
@@ -29,15 +30,13 @@ pub struct Own {
 impl Own {
     /// Renders with the threads of the current pool.
     pub fn render(scene: &Scene, settings: &Settings) -> Result<(Own, Estimate)> {
-        let before = cpu::times()?;
         let rendering = render(scene, settings, &mut |_| true);
-        let cpu_seconds = cpu::times()?.own - before.own;
         let counters = rendering.iterations.iter().map(|i| &i.counters);
         let own = Own {
             samples: counters.clone().map(|c| c.paths).sum::<u64>() as f64,
             rays: counters.map(|c| c.rays + c.shadow_rays).sum::<u64>() as f64,
-            seconds: rendering.seconds,
-            cpu_seconds,
+            seconds: rendering.wall_seconds,
+            cpu_seconds: rendering.cpu.seconds(),
         };
         Ok((own, rendering.estimate))
     }

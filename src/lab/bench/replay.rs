@@ -5,10 +5,11 @@ use crate::embree::{
     Coherence, HitBatch, HitPacket, Packet8, Packet16, Scene, Shadow8, Shadow16, ShadowBatch, ShadowPacket,
 };
 use crate::geometry::Ray;
+use crate::io::clock::WallClock;
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Which rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -168,7 +169,7 @@ impl Buffers {
 fn hits<P: HitPacket>(batch: &mut HitBatch<P>, scene: &Scene, chunk: &Chunk) -> (Duration, usize) {
     batch.clear();
     chunk.rays.iter().for_each(|ray| batch.push(ray));
-    let start = Instant::now();
+    let start = WallClock::start();
     batch.trace(scene, chunk.coherence);
     let time = start.elapsed();
     (time, (0..batch.len()).filter(|&i| batch.hit(i).is_some()).count())
@@ -177,14 +178,14 @@ fn hits<P: HitPacket>(batch: &mut HitBatch<P>, scene: &Scene, chunk: &Chunk) -> 
 fn shadows<P: ShadowPacket>(batch: &mut ShadowBatch<P>, scene: &Scene, chunk: &Chunk) -> (Duration, usize) {
     batch.clear();
     chunk.rays.iter().for_each(|ray| batch.push(ray));
-    let start = Instant::now();
+    let start = WallClock::start();
     batch.trace(scene, chunk.coherence);
     let time = start.elapsed();
     (time, (0..batch.len()).filter(|&i| batch.occluded(i)).count())
 }
 
 fn single(scene: &Scene, rays: &[Ray], kind: Kind) -> (Duration, usize) {
-    let start = Instant::now();
+    let start = WallClock::start();
     let found = match kind {
         Kind::Closest => rays.iter().filter(|ray| scene.intersect(ray).is_some()).count(),
         Kind::Shadow => rays.iter().filter(|ray| scene.occluded(ray)).count(),

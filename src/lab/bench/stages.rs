@@ -4,7 +4,7 @@
 //! proportions within batches are used ([`super::clock`]).
 
 use super::clock::Clock;
-use super::{cpu, median, settings};
+use super::{median, settings};
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::probe::Stage;
@@ -31,7 +31,7 @@ pub struct MethodReport {
     pub watching: f64,
 }
 
-/// Share of the threads' time.
+/// Share of the threads' wall time.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Share {
     pub stage: &'static str,
@@ -76,35 +76,33 @@ struct Run {
 }
 
 fn run(scene: &Scene, settings: &Settings) -> Result<Run> {
-    let before = cpu::times()?;
     let rendering = render_scene(scene, settings, &mut |_| true);
-    let cpu_seconds = cpu::times()?.own - before.own;
     let clock = Clock::default();
     let watched = render_watched(scene, settings, GuideIo::default(), &clock, &Stop::new(), &mut |_| true);
     let split = clock.split()?;
     let counters = rendering.iterations.iter().map(|i| &i.counters);
     Ok(Run {
-        seconds: rendering.seconds,
-        cpu_seconds,
+        seconds: rendering.wall_seconds,
+        cpu_seconds: rendering.cpu.seconds(),
         samples: counters.clone().map(|c| c.paths).sum(),
         rays: counters.map(|c| c.rays + c.shadow_rays).sum(),
         shares: shares(&rendering, &split.shares)?,
         stamp_nanoseconds: split.stamp_nanoseconds,
-        watching: watched.seconds / rendering.seconds,
+        watching: watched.wall_seconds / rendering.wall_seconds,
     })
 }
 
-/// The render's own account of its threads' time, batches divided as the watched render says. What the film and
-/// learning took is told over the number of threads.
+/// The render's own account of its threads' wall time, batches divided as the watched render says. What the film and
+/// learning took is an average over the threads.
 fn shares(rendering: &Rendering, split: &[f64]) -> Result<[f64; STAGES.len()]> {
     let threads = rayon::current_num_threads() as f64;
     let sum = |of: fn(&crate::render::IterationReport) -> f64| rendering.iterations.iter().map(of).sum::<f64>();
-    let all = threads * rendering.seconds;
-    let batches = sum(|i| i.counters.total.as_secs_f64()) / all;
+    let all = threads * rendering.wall_seconds;
+    let batches = sum(|i| i.counters.wall.as_secs_f64()) / all;
     let mut shares = [0.0; STAGES.len()];
     shares.iter_mut().zip(split).for_each(|(share, part)| *share = batches * part);
-    shares[FILM] += threads * sum(|i| i.film_seconds) / all;
-    shares[LEARN] = threads * sum(|i| i.learn_seconds) / all;
+    shares[FILM] += threads * sum(|i| i.film_wall_seconds) / all;
+    shares[LEARN] = threads * sum(|i| i.learn_wall_seconds) / all;
     // the ends of rounds, where threads wait for the last batch; and what ends an iteration
     let rest = 1.0 - shares.iter().sum::<f64>();
     if rest < -1e-3 {

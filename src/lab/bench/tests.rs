@@ -158,7 +158,7 @@ fn loading_counts_what_is_loaded() {
     // a continued line is legal, and more than tobj knows
     std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\n3\n").unwrap();
     let report = load(&description, 1, 1).unwrap();
-    assert!(report.triangles == 1 && report.tobj.seconds.is_none() && report.tobj.failure.is_some(), "{report:?}");
+    assert!(report.triangles == 1 && report.tobj.wall_seconds.is_none() && report.tobj.failure.is_some(), "{report:?}");
     std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 x\n").unwrap();
     assert!(load(&description, 1, 1).unwrap_err().to_string().contains("two.obj:5"));
 }

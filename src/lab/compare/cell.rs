@@ -34,7 +34,7 @@ pub struct Cell {
     pub method: String,
     pub budget: String,
     pub runs: usize,
-    pub seconds: Mean,
+    pub wall_seconds: Mean,
     pub samples: Mean,
     pub mse: Mean,
     pub relmse: Mean,
@@ -100,7 +100,7 @@ impl Cell {
             method: runs[0].method.clone(),
             budget: runs[0].budget.clone(),
             runs: runs.len(),
-            seconds: mean(|r| r.seconds),
+            wall_seconds: mean(|r| r.wall_seconds),
             samples: mean(|r| r.samples.into()),
             mse: mean(|r| r.errors.mse),
             relmse: mean(|r| r.errors.relmse),
@@ -115,8 +115,8 @@ impl Cell {
             relmse_median: finite(median(&errors)),
             relmse_worst: errors.last().copied().and_then(finite),
             bias: reference.map_or(Bias::default(), |reference| bias::test(&views, reference)),
-            msamples_per_second: mean(|r| 1e-6 * r.paths as f64 / r.seconds),
-            mrays_per_second: mean(|r| 1e-6 * (r.rays + r.shadow_rays) as f64 / r.seconds),
+            msamples_per_second: mean(|r| 1e-6 * r.paths as f64 / r.wall_seconds),
+            mrays_per_second: mean(|r| 1e-6 * (r.rays + r.shadow_rays) as f64 / r.wall_seconds),
             mean_path_length: mean(|r| r.mean_path_length),
             zero_share: mean(|r| r.zero_share),
             guide_bytes: mean(|r| r.guide_bytes as f64),
@@ -129,11 +129,11 @@ impl Cell {
 
 /// What an efficiency is the reciprocal of.
 fn cost(run: &Run) -> f64 {
-    run.errors.relmse * run.seconds
+    run.errors.relmse * run.wall_seconds
 }
 
 fn cost_trimmed(run: &Run) -> f64 {
-    run.errors.relmse_trimmed * run.seconds
+    run.errors.relmse_trimmed * run.wall_seconds
 }
 
 fn values(runs: &[&Run], value: fn(&Run) -> f64) -> Vec<f64> {
@@ -188,7 +188,7 @@ mod tests {
     fn with(relmse: f64, seconds: f64) -> Run {
         let slot = Slot { scene: 0, method: 0, budget: 0, run: 0, seed: 0 };
         let mut run = run(&plan(), &slot);
-        (run.seconds, run.errors.relmse) = (seconds, relmse);
+        (run.wall_seconds, run.errors.relmse) = (seconds, relmse);
         run
     }
 

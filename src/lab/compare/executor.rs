@@ -97,7 +97,7 @@ impl<'a> RenderExecutor<'a> {
         let metadata = Metadata {
             scene_hash: self.stage.plain(slot.scene).0.hash_text(),
             samples_per_pixel: e.samples,
-            render_time_seconds: rendering.seconds as f32,
+            render_time_seconds: rendering.wall_seconds as f32,
             seed: slot.seed,
             extra: Platform::of(self.stage.plain(slot.scene).0.geometry().device()).attributes(),
         };
@@ -207,9 +207,10 @@ fn measured(rendering: &Rendering, reference: &Reference, exposure: f32) -> Resu
         budget: String::new(),
         seed: 0,
         samples: rendering.samples,
-        seconds: rendering.seconds,
-        learn_seconds: rendering.iterations.iter().map(|i| i.learn_seconds).sum(),
-        film_seconds: rendering.film_seconds,
+        wall_seconds: rendering.wall_seconds,
+        cpu_seconds: rendering.cpu.seconds(),
+        learn_wall_seconds: rendering.iterations.iter().map(|i| i.learn_wall_seconds).sum(),
+        film_wall_seconds: rendering.film_wall_seconds,
         errors: measure::errors(&image, reference, exposure)?,
         mean: measure::mean(&image),
         non_finite: total.non_finite,
@@ -231,8 +232,8 @@ fn iteration(report: &IterationReport) -> Iteration {
     let c = &report.counters;
     Iteration {
         samples: report.samples,
-        seconds: report.seconds,
-        learn_seconds: report.learn_seconds,
+        wall_seconds: report.wall_seconds,
+        learn_wall_seconds: report.learn_wall_seconds,
         mean_path_length: ratio(c.rays, c.paths),
         zero_share: ratio(c.zero_contribution, c.paths),
         guide_hit_share: ratio(c.guide_hits, c.guide_queries),

@@ -24,8 +24,8 @@ pub fn run(plan: &Plan, slot: &Slot) -> Run {
     let guided = slot.method > 0;
     let iteration = |k: u32| Iteration {
         samples: 1 << k,
-        seconds: 0.25 * f64::from(k + 1),
-        learn_seconds: if guided { 0.125 } else { 0.0 },
+        wall_seconds: 0.25 * f64::from(k + 1),
+        learn_wall_seconds: if guided { 0.125 } else { 0.0 },
         mean_path_length: 4.0 + f64::from(slot.run) + 0.5 * f64::from(k),
         zero_share: 0.5,
         guide_hit_share: if guided && k > 0 { 0.75 } else { 0.0 },
@@ -36,9 +36,10 @@ pub fn run(plan: &Plan, slot: &Slot) -> Run {
         budget: plan.budgets[slot.budget].name(),
         seed: slot.seed,
         samples: 64 * seconds as u32,
-        seconds,
-        learn_seconds: if guided { 0.25 } else { 0.0 },
-        film_seconds: 0.125,
+        wall_seconds: seconds,
+        cpu_seconds: 2.0 * seconds,
+        learn_wall_seconds: if guided { 0.25 } else { 0.0 },
+        film_wall_seconds: 0.125,
         errors: RunErrors {
             mse: 0.5 * relmse,
             relmse,

@@ -13,11 +13,14 @@ pub struct Run {
     pub seed: u64,
     /// Samples per pixel that were traced, those of discarded iterations too.
     pub samples: u32,
-    /// From the guide's making to the last sample: learning counts, loading and files do not.
-    pub seconds: f64,
-    pub learn_seconds: f64,
-    /// Seconds in which one picture was made of the iterations, after `seconds`.
-    pub film_seconds: f64,
+    /// Wall time from the guide's making to the last sample: learning counts, loading and files do not.
+    pub wall_seconds: f64,
+    /// Processor time over the same, of all threads.
+    pub cpu_seconds: f64,
+    /// Wall time that learning took, on average over all threads.
+    pub learn_wall_seconds: f64,
+    /// Wall time in which one picture was made of the iterations, after `wall_seconds`.
+    pub film_wall_seconds: f64,
     #[serde(flatten)]
     pub errors: RunErrors,
     /// Mean of the picture.
@@ -73,8 +76,8 @@ pub struct RunErrors {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Iteration {
     pub samples: u32,
-    pub seconds: f64,
-    pub learn_seconds: f64,
+    pub wall_seconds: f64,
+    pub learn_wall_seconds: f64,
     pub mean_path_length: f64,
     pub zero_share: f64,
     /// Share of the vertices that asked the guide where it knew an answer.
@@ -89,7 +92,7 @@ pub struct ReferenceRecord {
     pub path: String,
     /// Samples per pixel, where it was made.
     pub samples: Option<u32>,
-    pub seconds: Option<f64>,
+    pub wall_seconds: Option<f64>,
     /// relMSE of its own, where its variance is known.
     pub relmse_noise: Option<f64>,
 }

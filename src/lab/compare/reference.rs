@@ -80,7 +80,7 @@ pub fn record_of_file(path: &Path, reference: &Reference) -> ReferenceRecord {
         source: Source::File,
         path: path.display().to_string(),
         samples: None,
-        seconds: None,
+        wall_seconds: None,
         relmse_noise: reference.noise(),
     }
 }
@@ -125,7 +125,7 @@ impl Growing {
             if growth.stop.is_asked() {
                 break;
             }
-            found = Some(Growing::merged(found, rendering.estimate, rendering.seconds));
+            found = Some(Growing::merged(found, rendering.estimate, rendering.wall_seconds));
         }
         found
     }
@@ -174,7 +174,7 @@ impl Growing {
             source: Source::Made,
             path: file.display().to_string(),
             samples: Some(self.samples),
-            seconds: Some(self.seconds),
+            wall_seconds: Some(self.seconds),
             relmse_noise: Some(self.noise()),
         }
     }
@@ -206,6 +206,6 @@ impl Growing {
 /// What one render alone makes of it.
 impl From<Rendering> for Growing {
     fn from(rendering: Rendering) -> Growing {
-        Growing::merged(None, rendering.estimate, rendering.seconds)
+        Growing::merged(None, rendering.estimate, rendering.wall_seconds)
     }
 }

@@ -19,7 +19,7 @@ use serde_json::{Map, Value, json};
 use std::path::Path;
 
 /// Version of the JSON's shape; a change that breaks readers raises it.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// All of a comparison, ready to be written.
 #[derive(Serialize)]
@@ -185,8 +185,8 @@ fn typed(value: &str) -> Value {
 fn budget(budget: super::plan::Budget) -> Value {
     use super::plan::Budget;
     match budget {
-        Budget::Seconds(seconds) => json!({"name": budget.name(), "seconds": seconds, "spp": null}),
-        Budget::Samples(spp) => json!({"name": budget.name(), "seconds": null, "spp": spp}),
+        Budget::Seconds(seconds) => json!({"name": budget.name(), "wall_seconds": seconds, "spp": null}),
+        Budget::Samples(spp) => json!({"name": budget.name(), "wall_seconds": null, "spp": spp}),
     }
 }
 
@@ -202,15 +202,16 @@ fn run(run: &Run) -> Value {
 /// Figures of a run that have one number each, in the order of columns.
 type Column = (&'static str, fn(&Run) -> String);
 
-const COLUMNS: [Column; 30] = [
+const COLUMNS: [Column; 31] = [
     ("scene", |r| quoted(&r.scene)),
     ("method", |r| quoted(&r.method)),
     ("budget", |r| quoted(&r.budget)),
     ("seed", |r| r.seed.to_string()),
     ("samples", |r| r.samples.to_string()),
-    ("seconds", |r| number(r.seconds)),
-    ("learn_seconds", |r| number(r.learn_seconds)),
-    ("film_seconds", |r| number(r.film_seconds)),
+    ("wall_seconds", |r| number(r.wall_seconds)),
+    ("cpu_seconds", |r| number(r.cpu_seconds)),
+    ("learn_wall_seconds", |r| number(r.learn_wall_seconds)),
+    ("film_wall_seconds", |r| number(r.film_wall_seconds)),
     ("mse", |r| number(r.errors.mse)),
     ("relmse", |r| number(r.errors.relmse)),
     ("relmse_trimmed", |r| number(r.errors.relmse_trimmed)),
@@ -231,8 +232,8 @@ const COLUMNS: [Column; 30] = [
     ("guide_bytes", |r| r.guide_bytes.to_string()),
     ("guide_states", |r| r.guide_states.to_string()),
     ("peak_bytes", |r| r.peak_bytes.map_or(String::new(), |b| b.to_string())),
-    ("msamples_per_second", |r| number(1e-6 * r.paths as f64 / r.seconds)),
-    ("mrays_per_second", |r| number(1e-6 * (r.rays + r.shadow_rays) as f64 / r.seconds)),
+    ("msamples_per_second", |r| number(1e-6 * r.paths as f64 / r.wall_seconds)),
+    ("mrays_per_second", |r| number(1e-6 * (r.rays + r.shadow_rays) as f64 / r.wall_seconds)),
 ];
 
 /// A table of all runs, with headings (RFC 4180, but for the ends of lines). What is not a number is empty.
@@ -272,7 +273,7 @@ mod tests {
         let text = csv(&plan, &store);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 25);
-        assert!(lines[0].starts_with("scene,method,budget,seed,samples,seconds,"));
+        assert!(lines[0].starts_with("scene,method,budget,seed,samples,wall_seconds,"));
         assert!(lines[2].starts_with("s0,\"a, \"\"b\"\"\",2 s,1,128,2,"), "{}", lines[2]);
         assert_eq!(lines[1].split(',').count(), COLUMNS.len());
     }

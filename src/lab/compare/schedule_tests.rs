@@ -26,7 +26,7 @@ impl Executor for Mock {
             source: Source::Made,
             path: "r.exr".into(),
             samples: Some(4),
-            seconds: Some(1.0),
+            wall_seconds: Some(1.0),
             relmse_noise: Some(1e-3),
         };
         store.add_reference(["s0", "s1"][scene], &reference)?;
@@ -40,7 +40,7 @@ impl Executor for Mock {
         }
         self.seconds += seconds;
         self.made.push(*slot);
-        Ok(Some(Run { seconds, ..run(&plan(), slot) }))
+        Ok(Some(Run { wall_seconds: seconds, ..run(&plan(), slot) }))
     }
 }
 
@@ -95,7 +95,7 @@ fn runs_come_back_from_the_disk_as_they_were() {
     go(&path, f64::INFINITY);
     let store = Store::open(&path, "hash", "title").unwrap();
     for slot in order(&plan()) {
-        let wanted = Run { seconds: slot.method as f64 + 1.0, ..run(&plan(), &slot) };
+        let wanted = Run { wall_seconds: slot.method as f64 + 1.0, ..run(&plan(), &slot) };
         assert_eq!(store.find(&plan(), &slot), Some(&wanted));
     }
 }
@@ -108,7 +108,7 @@ fn another_plan_and_damage_are_refused() {
     let message = Store::open(&path, "other", "title").err().unwrap().to_string();
     assert!(message.contains("another comparison") && message.contains("--restart"), "{message}");
     let text = std::fs::read_to_string(&path).unwrap();
-    std::fs::write(&path, text.replacen("\"seconds\"", "\"secs\"", 2)).unwrap();
+    std::fs::write(&path, text.replacen("\"wall_seconds\"", "\"secs\"", 2)).unwrap();
     let message = Store::open(&path, "hash", "title").err().unwrap().to_string();
     assert!(message.contains("runs.jsonl:2") || message.contains("runs.jsonl:3"), "{message}");
 }

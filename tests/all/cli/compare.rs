@@ -70,7 +70,7 @@ fn check_head(results: &Value) {
     assert_eq!((&results["format"], &results["baseline"]), (&1.into(), &"none".into()));
     assert!(results["command"].as_str().unwrap().starts_with("phototaxis compare "), "{}", results["command"]);
     assert_eq!(results["methods"][1]["overrides"]["guiding.method"], "grid");
-    assert_eq!(results["budgets"][0], serde_json::json!({"name": "2 spp", "seconds": null, "spp": 2}));
+    assert_eq!(results["budgets"][0], serde_json::json!({"name": "2 spp", "wall_seconds": null, "spp": 2}));
     let reference = &results["scenes"][0]["reference"];
     assert_eq!((&reference["source"], &results["scenes"][0]["width"]), (&"made".into(), &64.into()));
     assert!(reference["relmse_noise"].as_f64().unwrap() > 0.0 && reference["samples"].as_u64().unwrap() >= 16);
@@ -81,7 +81,7 @@ fn check_cells(results: &Value) {
     assert_eq!((cells.len(), results["runs"].as_array().unwrap().len()), (4, 12));
     for cell in cells {
         assert_eq!(cell["runs"], 3);
-        for measure in ["seconds", "relmse", "relmse_trimmed", "mse", "mape", "smape", "flip", "efficiency"] {
+        for measure in ["wall_seconds", "relmse", "relmse_trimmed", "mse", "mape", "smape", "flip", "efficiency"] {
             assert!(cell[measure]["mean"].as_f64().unwrap() > 0.0, "{measure} of {cell}");
         }
         let p = cell["bias"]["p"].as_f64().unwrap();

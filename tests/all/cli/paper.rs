@@ -52,7 +52,7 @@ fn check_rows(rows: &Value) {
     assert_eq!(names, ["fig1a", "fig1c", "fig1d"]);
     for row in rows {
         assert_eq!(row["spp"], 4);
-        assert!(row["relmse"].as_f64().unwrap() > 0.0 && row["seconds"].as_f64().unwrap() > 0.0, "{row}");
+        assert!(row["relmse"].as_f64().unwrap() > 0.0 && row["wall_seconds"].as_f64().unwrap() > 0.0, "{row}");
         let lengths = row["path_lengths"].as_array().unwrap();
         assert!(lengths.iter().all(|l| (1.0..=16.0).contains(&l.as_f64().unwrap())), "{row}");
         let guided = row["preset"] != "fig1d";

@@ -95,8 +95,8 @@ fn check_report(report: &Value) {
     let iterations = report["iterations"].as_array().unwrap();
     let samples: u64 = iterations.iter().map(|i| i["spp"].as_u64().unwrap()).sum();
     assert_eq!(samples, 6);
-    let seconds: f64 = iterations.iter().map(|i| i["seconds"].as_f64().unwrap()).sum();
-    assert!(seconds <= number("render_seconds"));
+    let seconds: f64 = iterations.iter().map(|i| i["wall_seconds"].as_f64().unwrap()).sum();
+    assert!(seconds <= number("render_wall_seconds"));
 }
 
 #[test]

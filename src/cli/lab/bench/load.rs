@@ -39,7 +39,7 @@ fn table(r: &LoadReport, intervals: &str) -> Table {
     };
     let mut rows =
         vec![row("parse", &r.parse, true), row("build", &r.build, false), row("first pixel", &r.first_pixel, true)];
-    rows.extend(r.tobj.seconds.as_ref().map(|m| row("tobj alone", m, true)));
+    rows.extend(r.tobj.wall_seconds.as_ref().map(|m| row("tobj alone", m, true)));
     let mib = |bytes: u64| bytes as f64 / (1 << 20) as f64;
     let peak = r.peak_bytes.map_or(String::new(), |b| format!(", {:.1} MiB at the most", mib(b)));
     let tobj = match (&r.tobj.failure, &r.tobj.ratio) {
@@ -52,7 +52,7 @@ fn table(r: &LoadReport, intervals: &str) -> Table {
     };
     Table {
         title: format!("{:.1} MB, {} triangles", mega, r.triangles),
-        headings: vec!["", "seconds", "MB/s", "Mtriangles/s"],
+        headings: vec!["", "wall seconds", "MB/s", "Mtriangles/s"],
         rows,
         foot: format!(
             "memory: mesh {:.1} MiB, Embree {:.1} MiB{peak}; {:.0} bytes a triangle\n{tobj}\n{intervals}",
@@ -67,7 +67,7 @@ fn chart(r: &LoadReport, model: &str, intervals: &str) -> Option<String> {
     let all = [("parse", Some(&r.parse)), ("build", Some(&r.build)), ("first pixel", Some(&r.first_pixel))];
     let rows: Vec<Stack> = all
         .into_iter()
-        .chain([("tobj alone", r.tobj.seconds.as_ref())])
+        .chain([("tobj alone", r.tobj.wall_seconds.as_ref())])
         .filter_map(|(name, m)| {
             let m = m?;
             let (interval, figures) = (Some((m.low, m.high)), format!("{:.3} s", m.median));

@@ -47,10 +47,10 @@ impl Watcher for &Screen {
             bar.finish();
         }
         if !self.quiet {
-            let Run { scene, method, budget, seed, samples, seconds, errors, .. } = run;
+            let Run { scene, method, budget, seed, samples, wall_seconds, errors, .. } = run;
             let relmse = errors.relmse;
             say(&format!(
-                "[{done}/{all}] {scene}: {method}, {budget}, seed {seed}: {samples} spp in {seconds:.2} s, relMSE {relmse:.3e}"
+                "[{done}/{all}] {scene}: {method}, {budget}, seed {seed}: {samples} spp in {wall_seconds:.2} s, relMSE {relmse:.3e}"
             ));
         }
     }

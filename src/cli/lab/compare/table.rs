@@ -48,7 +48,7 @@ fn row(cell: &Cell) -> [String; 11] {
     [
         cell.method.clone(),
         cell.runs.to_string(),
-        number(cell.seconds, 2),
+        number(cell.wall_seconds, 2),
         number(cell.samples, 0),
         scientific(cell.relmse),
         scientific(cell.relmse_trimmed),
@@ -90,7 +90,7 @@ fn aligned(rows: &[[String; 11]]) -> Vec<String> {
 }
 
 fn told(reference: &ReferenceRecord) -> String {
-    let origin = match (reference.source, reference.samples, reference.seconds) {
+    let origin = match (reference.source, reference.samples, reference.wall_seconds) {
         (Source::Made, Some(samples), Some(seconds)) => {
             format!("reference of {samples} spp, unguided, rendered in {seconds:.1} s")
         }

@@ -27,16 +27,16 @@ pub struct Row {
     about: &'static str,
     spp: u32,
     spp_kept: u32,
-    seconds: f64,
-    /// Seconds of it in which the guide learnt.
-    learn_seconds: f64,
+    wall_seconds: f64,
+    /// Of it, in which the guide learnt; on average over all threads.
+    learn_wall_seconds: f64,
     /// Rays of a path, those to lights included.
     rays_per_path: f64,
     /// Mean segments of a path and share of paths that found no light, iteration by iteration.
     path_lengths: Vec<f64>,
     zero_contribution_shares: Vec<f64>,
-    /// Seconds for a sample per pixel, iteration by iteration.
-    seconds_per_spp: Vec<f64>,
+    /// For a sample per pixel, iteration by iteration.
+    wall_seconds_per_spp: Vec<f64>,
     guide_states: usize,
     guide_bytes: usize,
     #[serde(flatten)]
@@ -64,12 +64,12 @@ impl Row {
             about: preset.about,
             spp: rendering.samples,
             spp_kept: e.samples,
-            seconds: rendering.seconds,
-            learn_seconds: rendering.iterations.iter().map(|i| i.learn_seconds).sum(),
+            wall_seconds: rendering.wall_seconds,
+            learn_wall_seconds: rendering.iterations.iter().map(|i| i.learn_wall_seconds).sum(),
             rays_per_path: per_path(&total, total.rays + total.shadow_rays),
             path_lengths: each(|i| per_path(&i.counters, i.counters.rays)),
             zero_contribution_shares: each(|i| per_path(&i.counters, i.counters.zero_contribution)),
-            seconds_per_spp: each(|i| i.seconds / i.samples.max(1) as f64),
+            wall_seconds_per_spp: each(|i| i.wall_seconds / i.samples.max(1) as f64),
             guide_states: guide.map_or(0, |g| g.states()),
             guide_bytes: guide.map_or(0, |g| g.bytes()),
             errors: compare(&image, reference)?,
@@ -82,7 +82,7 @@ impl Row {
 
     fn cells(&self, rows: &[Row]) -> [String; 12] {
         let first = rows.iter().find(|row| row.preset == self.compared_with);
-        let ratio = first.map_or("–".into(), |first| format!("{:.2}", self.seconds / first.seconds));
+        let ratio = first.map_or("–".into(), |first| format!("{:.2}", self.wall_seconds / first.wall_seconds));
         let ends = |values: &[f64], digits: usize| match values {
             [one] => format!("{one:.digits$}"),
             [from, .., to] => format!("{from:.digits$} → {to:.digits$}"),
@@ -93,7 +93,7 @@ impl Row {
             self.preset.into(),
             self.about.into(),
             format!("{} ({})", self.spp, self.spp_kept),
-            format!("{:.1} ({:.1})", self.seconds, self.learn_seconds),
+            format!("{:.1} ({:.1})", self.wall_seconds, self.learn_wall_seconds),
             ratio,
             format!("{:.1}", self.rays_per_path),
             ends(&self.path_lengths, 1),
@@ -123,7 +123,7 @@ const HEADINGS: [&str; 12] = [
     "preset",
     "what",
     "spp (kept)",
-    "seconds (learning)",
+    "wall seconds (learning)",
     "ratio",
     "rays per path",
     "path length",

@@ -70,17 +70,17 @@ pub fn run(program: &Path, stand_in: &StandIn, plan: &EmbreePlan) -> Result<Fram
 
 /// Processor seconds of a run, and what it printed.
 fn timed(program: &Path, stand_in: &StandIn, plan: &EmbreePlan, frames: u32) -> Result<(f64, String)> {
-    let before = cpu::times()?;
+    let before = cpu::of_children()?;
     let mut command = Command::new(program);
     command.args(arguments(stand_in, plan)).args(["--benchmark", "1", &frames.to_string()]);
     let output = command.output().map_err(Error::io(program))?;
-    let seconds = cpu::times()?.children - before.children;
+    let cpu = cpu::of_children()?.without(before);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     if !output.status.success() {
         let last = String::from_utf8_lossy(&output.stderr).lines().last().unwrap_or_default().to_owned();
         return Err(Error::file(program, format!("it failed with {}: {last}", output.status)));
     }
-    Ok((seconds, text))
+    Ok((cpu.seconds(), text))
 }
 
 /// `--legacy` keeps the plain text of figures where the program was built with another library for them.

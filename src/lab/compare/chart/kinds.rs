@@ -18,7 +18,7 @@ pub(super) fn of_scene(plan: &Plan, store: &Store, index: usize, name: &str, cel
     let view = View { plan, cells };
     let lengths = path_lengths(plan, store, index);
     let kinds = [
-        ("error-time", "Error against time", view.error(|c| c.seconds, "Render time [s], learning included")),
+        ("error-time", "Error against time", view.error(|c| c.wall_seconds, "Wall time [s], learning included")),
         ("error-samples", "Error against samples", view.error(|c| c.samples, "Samples per pixel")),
         ("error-memory", "Error against the guide's memory", view.memory()),
         ("pareto", "Error, time and memory", view.pareto()),
@@ -84,7 +84,7 @@ impl<'a> View<'a> {
 
     /// A cell is on the front if no other is at least as good in error, time and memory, and better in one of them.
     fn pareto(&self) -> Draw<'a> {
-        let costs = |c: &Cell| Some([positive(c.relmse)?, c.seconds.mean?, c.guide_bytes.mean?]);
+        let costs = |c: &Cell| Some([positive(c.relmse)?, c.wall_seconds.mean?, c.guide_bytes.mean?]);
         let all: Vec<[f64; 3]> = self.cells.iter().filter_map(|c| costs(c)).collect();
         let largest = all.iter().map(|c| c[2]).fold(1.0, f64::max);
         let point = |c: &Cell| {
@@ -99,7 +99,7 @@ impl<'a> View<'a> {
             "Filled: on the Pareto front of all three; size of discs: the guide's memory, the largest {mib:.2} MiB"
         );
         Box::new(move |title| {
-            plot(&Labels { title, note: &note, x: "Render time [s], learning included", y: ERROR }, &series, true)
+            plot(&Labels { title, note: &note, x: "Wall time [s], learning included", y: ERROR }, &series, true)
         })
     }
 

@@ -11,13 +11,13 @@ use crate::scene::Scene;
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
 
-/// Samples per pixel by which the speed of a render that cannot end by the clock is found.
+/// Samples per pixel by which the speed of a render that takes no limit of time is found.
 const TRIED: u32 = 8;
 
 /// Seed of the renders that are repeated, far from those of all others.
 const REPEATED_SEED: u64 = 3 << 60;
 
-/// Seconds for a sample per pixel of what cannot end by the clock, by scene and method.
+/// Wall seconds for a sample per pixel of what takes no limit of time, by scene and method.
 #[derive(Default)]
 pub struct Limits {
     pace: FxHashMap<(usize, usize), f64>,
@@ -49,7 +49,7 @@ impl Limits {
 fn pace(scene: &Scene, settings: &Settings) -> f64 {
     let mut settings = settings.clone();
     (settings.render.spp, settings.render.time) = (TRIED, None);
-    render::render(scene, &settings, &mut |_| true).seconds / f64::from(TRIED)
+    render::render(scene, &settings, &mut |_| true).wall_seconds / f64::from(TRIED)
 }
 
 impl RenderExecutor<'_> {

@@ -104,7 +104,7 @@ impl RenderExecutor<'_> {
         }
         let share = match (cap, largest) {
             (Some(cap), _) => f64::from(rendering.samples) / f64::from(cap),
-            (None, Budget::Seconds(seconds)) => rendering.seconds / seconds,
+            (None, Budget::Seconds(seconds)) => rendering.wall_seconds / seconds,
             (None, Budget::Samples(spp)) => f64::from(rendering.samples) / f64::from(spp),
         };
         let learnt = if rendering.guide.is_some() { LEARNT } else { 1.0 };

@@ -183,7 +183,7 @@ fn faultless(runs: &[&Run]) -> bool {
 
 /// Seconds for a sample per pixel, run by run.
 fn pace(runs: &[&Run]) -> Vec<f64> {
-    runs.iter().map(|r| r.seconds / f64::from(r.samples)).collect()
+    runs.iter().map(|r| r.wall_seconds / f64::from(r.samples)).collect()
 }
 
 /// Three digits.

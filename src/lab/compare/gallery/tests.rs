@@ -140,7 +140,7 @@ fn one_that_wins_on_average_and_explodes_once_is_red() {
 
 #[test]
 fn slow_is_amber_and_slower_than_the_bound_red() {
-    let times = |factor: f64| spoilt(move |_, run| run.seconds *= factor);
+    let times = |factor: f64| spoilt(move |_, run| run.wall_seconds *= factor);
     assert_found(&times(1.5), &[(Check::Efficiency, Colour::Amber)]);
     assert_found(&times(3.0), &[(Check::Efficiency, Colour::Red)]);
     assert_found(&times(0.3), &[]);
@@ -188,7 +188,7 @@ fn without_any_error_speed_is_compared() {
         for slot in order(&plan) {
             let mut run = honest(&plan, &slot);
             faultless(&mut run);
-            run.seconds *= if slot.method == 1 { factor } else { 1.0 };
+            run.wall_seconds *= if slot.method == 1 { factor } else { 1.0 };
             store.add(run).unwrap();
         }
         let cells = cells(&plan, &store, &BTreeMap::new());
@@ -224,7 +224,7 @@ fn red_cells_have_their_sentence_or_are_loudly_without() {
 
 #[test]
 fn tables_have_a_cell_for_each_method() {
-    let matrix = matrix_of(&Gallery::default(), |_, run| run.seconds *= 3.0, true);
+    let matrix = matrix_of(&Gallery::default(), |_, run| run.wall_seconds *= 3.0, true);
     let csv = output::csv(&matrix);
     let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!((rows.len(), rows[0].len()), (5, rows[2].len()));

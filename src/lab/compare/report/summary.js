@@ -91,7 +91,7 @@ function overrides(method) {
 function referenceRow({ name, path, width, height, triangles, reference }) {
   const source = { made: 'made for this: ', file: 'given: ' }[reference?.source] ?? 'none';
   return [name, path, `${width} × ${height}`, count(triangles), source + (reference?.path ?? ''),
-    count(reference?.samples), figure(reference?.seconds), figure(reference?.relmse_noise)];
+    count(reference?.samples), figure(reference?.wall_seconds), figure(reference?.relmse_noise)];
 }
 
 function simpleTable(caption, heads, rows) {

@@ -31,7 +31,7 @@ const columns = [
   plain('relmse_worst', 'relMSE, worst', cell => cell.relmse_worst),
   measured('mse', 'MSE'), measured('mape', 'MAPE'), measured('smape', 'SMAPE'), measured('flip', 'FLIP', true),
   measured('efficiency', 'Efficiency / s⁻¹'), measured('efficiency_trimmed', 'Efficiency, trimmed / s⁻¹'),
-  measured('seconds', 'Seconds', true), measured('samples', 'Samples per pixel', true),
+  measured('wall_seconds', 'Wall time [s]', true), measured('samples', 'Samples per pixel', true),
   measured('msamples_per_second', '10⁶ samples / s'), measured('mrays_per_second', '10⁶ rays / s'),
   measured('mean_path_length', 'Path length', true), measured('zero_share', 'Share of zeros'),
   measured('guide_bytes', 'Guide / MiB', true, 2 ** 20), measured('guide_states', 'Guide’s states'),

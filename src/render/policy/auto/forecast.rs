@@ -1,26 +1,26 @@
-//! What is to be expected of the guide in the rest of a render, by how it did so far.
+//! What the guide is expected to gain in the rest of a render, by its trials so far.
 
 use super::verdict::Trial;
 
-/// What the first trials are expected to gain over the one before, at least: the second has learnt from three times as much as
-/// the first, and the third is the first that goes by roulette. Where a guide wins in the end the former was 1.3 to 4, the
-/// latter 1.1 to 2.7, or less than 1 where splitting paths is dear and pays later.
-const FIRST_PROGRESS: [f64; 2] = [2.0, 1.3];
+/// The least factor by which the second and the third trial are expected to gain over the one before: the second has learnt
+/// from three times as many samples, and the third is the first with guided roulette. Fitted: where a guide won in the end, the
+/// factors were 1.3 to 4 and 1.1 to 2.7, or less than 1 where paths are split at a cost that pays later.
+const MIN_FIRST_PROGRESS: [f64; 2] = [2.0, 1.3];
 
-/// What later ones gain is expected to be what the last did, within reason, and less and less: so much is left of its logarithm
-/// from one to the next.
-const MOST_PROGRESS: f64 = 2.0;
-const FADES: f64 = 0.6;
+/// Later trials are expected to gain over the one before by the factor that the last did, up to `MAX_PROGRESS`, and less
+/// from one to the next: the logarithm of the factor is multiplied by `PROGRESS_DECAY`.
+const MAX_PROGRESS: f64 = 2.0;
+const PROGRESS_DECAY: f64 = 0.6;
 
-/// The guide after its newest trial. Costs are those of unguided samples per pixel.
+/// The guide after its newest trial. The unit of cost is that of an unguided sample per pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct GainForecast {
     pub trial: Trial,
-    /// How many have been.
+    /// How many trials there were.
     pub trials: u32,
     /// Samples per pixel of the newest.
     pub samples: f64,
-    /// Of one of its samples, learning included.
+    /// Cost of one of its samples, learning included.
     pub whole: f64,
     /// Its gain over that of the one before.
     pub progress: f64,
@@ -28,38 +28,42 @@ pub struct GainForecast {
     pub left: f64,
 }
 
-/// What is expected to come of it.
+/// What is expected of the rest of a render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
-    /// Unguided samples that the rest is worth, for each that could be had instead.
+    /// Unguided samples that the guided ones are worth, for each that could be had instead.
     pub gain: f64,
     /// Unguided samples per pixel that the next iteration loses.
     pub loss: f64,
 }
 
 impl GainForecast {
-    /// Goes through the iterations that are left: each twice as long as the one before, and learnt from, but the last, which is as
-    /// long as what then is left.
+    /// Goes through the iterations that are left. Each is twice as long as the one before and learnt from; the last takes what is
+    /// left and is not.
     pub fn expected(&self) -> Expected {
-        let least = FIRST_PROGRESS.get(self.trials as usize - 1).copied().unwrap_or(1.0);
-        let mut progress = self.progress.clamp(least, MOST_PROGRESS);
+        let least = MIN_FIRST_PROGRESS.get(self.trials as usize - 1).copied().unwrap_or(1.0);
+        let mut progress = self.progress.clamp(least, MAX_PROGRESS);
         let (mut samples, mut variance, mut left) = (self.samples, self.trial.variance_ratio, self.left);
-        let (mut worth, mut loss) = (0.0, None);
+        let (mut unguided_worth, mut loss) = (0.0, None);
         loop {
             samples *= 2.0;
             variance /= progress;
-            progress = progress.powf(FADES);
+            progress = progress.powf(PROGRESS_DECAY);
             let all = left / self.trial.cost_ratio;
             let last = all < 3.0 * samples;
             let (drawn, cost) = if last { (all, left) } else { (samples, samples * self.whole) };
-            worth += drawn / variance;
+            unguided_worth += drawn / variance;
             left -= cost;
             loss.get_or_insert((cost - drawn / variance).max(0.0));
             if last || left <= 0.0 {
                 break;
             }
         }
-        let gain = if self.left > 0.0 { worth / (self.left - left) } else { 1.0 / (variance * self.trial.cost_ratio) };
+        let gain = if self.left > 0.0 {
+            unguided_worth / (self.left - left)
+        } else {
+            1.0 / (variance * self.trial.cost_ratio)
+        };
         Expected { gain, loss: loss.unwrap_or(0.0) }
     }
 }
@@ -88,7 +92,7 @@ mod tests {
         let Expected { gain, loss } = after(5, 0.6, 1.0, 120.0);
         assert!((gain - 56.0 / 0.6 / 120.0).abs() < 1e-12 && (loss - (40.0 - 16.0 / 0.6)).abs() < 1e-9);
         let Expected { gain, .. } = after(5, 0.6, 1.2, 120.0);
-        let expected = (16.0 * 1.2 + 40.0 * 1.2f64.powf(1.0 + FADES)) / 0.6 / 120.0;
+        let expected = (16.0 * 1.2 + 40.0 * 1.2f64.powf(1.0 + PROGRESS_DECAY)) / 0.6 / 120.0;
         assert!((gain - expected).abs() < 1e-12, "{gain} and not {expected}");
     }
 
@@ -98,7 +102,7 @@ mod tests {
         for (trials, expected) in [(1, 1.0), (2, 0.65), (3, 0.5)] {
             assert!((gain(trials, 0.5) - expected).abs() < 1e-12, "after {trials}");
         }
-        assert_eq!(gain(3, 100.0), gain(3, MOST_PROGRESS));
+        assert_eq!(gain(3, 100.0), gain(3, MAX_PROGRESS));
         assert!(after(1, 1.0, 1.0, 0.0).gain.is_finite(), "nothing is left");
     }
 }

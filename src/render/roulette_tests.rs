@@ -17,21 +17,21 @@ fn counters() -> Counters {
 }
 
 /// What a picture of 16 samples, all alike, says.
-fn efficiency(picture: &Estimate, counters: &Counters) -> Option<RouletteNormalisation> {
+fn normalisation(picture: &Estimate, counters: &Counters) -> Option<RouletteNormalisation> {
     let variances: Vec<f64> = picture.variance.iter().map(|&v| luminance(v) as f64 * 16.0).collect();
-    super::efficiency(&Noise::weigh(picture, &variances)?, picture.samples, counters)
+    super::normalisation(&Noise::weigh(picture, &variances)?, picture.samples, counters)
 }
 
 #[test]
 fn exposure_moves_only_the_luminance() {
-    let one = efficiency(&picture(1.0), &counters()).unwrap();
+    let one = normalisation(&picture(1.0), &counters()).unwrap();
     for k in [2.0f32.powi(-20), 2.0f32.powi(20)] {
-        let other = efficiency(&picture(k), &counters()).unwrap();
+        let other = normalisation(&picture(k), &counters()).unwrap();
         assert_eq!(one.scale, other.scale);
         assert!(one.inverse_luminance.iter().zip(&other.inverse_luminance).all(|(a, b)| *a == b * k));
     }
     for k in [1e-6, 1e6] {
-        let other = efficiency(&picture(k), &counters()).unwrap();
+        let other = normalisation(&picture(k), &counters()).unwrap();
         assert!((one.scale / other.scale - 1.0).abs() < 1e-5);
         let near = |(a, b): (&f32, &f32)| (a / (b * k) - 1.0).abs() < 1e-5;
         assert!(one.inverse_luminance.iter().zip(&other.inverse_luminance).all(near));
@@ -42,7 +42,7 @@ fn exposure_moves_only_the_luminance() {
 fn luminance_is_that_of_like_pixels_and_not_far_below_the_mean() {
     let mut even = picture(1.0);
     even.mean.fill(Rgb::splat(3.0));
-    let found = efficiency(&even, &counters()).unwrap();
+    let found = normalisation(&even, &counters()).unwrap();
     let expected = 1.0 / (3.0 * 1.01f32.sqrt());
     assert!(found.inverse_luminance.iter().all(|l| (l / expected - 1.0).abs() < 1e-5));
     // one bright pixel that may be bright by chance shows seven pixels wide, one that is known to be bright by itself
@@ -51,7 +51,7 @@ fn luminance_is_that_of_like_pixels_and_not_far_below_the_mean() {
     even.mean[at] = Rgb::splat(light);
     for (variance, reach, shown) in [(light * light, 3, light / 49.0), (1.0, 0, light)] {
         even.variance[at] = Rgb::splat(variance);
-        let found = efficiency(&even, &counters()).unwrap();
+        let found = normalisation(&even, &counters()).unwrap();
         for (i, l) in found.inverse_luminance.iter().enumerate() {
             let inside = (i % 23).abs_diff(11) <= reach && (i / 23).abs_diff(8) <= reach;
             // the picture's mean is 1: a tenth of it is the floor
@@ -67,14 +67,14 @@ fn the_scale_weighs_rays_against_relative_variance() {
     even.mean.fill(Rgb::ONE);
     even.variance.fill(Rgb::splat(0.25));
     // the variance of a sample is 16 times that of the mean, and the floor adds a hundredth to the square
-    let expected = BOLDNESS as f32 * (3.0f32 * 1.01 / (16.0 * 0.25)).sqrt();
-    let found = efficiency(&even, &counters()).unwrap();
+    let expected = SPLIT_BIAS as f32 * (3.0f32 * 1.01 / (16.0 * 0.25)).sqrt();
+    let found = normalisation(&even, &counters()).unwrap();
     assert!((found.scale / expected - 1.0).abs() < 1e-5, "{}, not {expected}", found.scale);
     // a few fireflies have no say, many do
     even.variance[5] = Rgb::splat(1e9);
-    assert!((efficiency(&even, &counters()).unwrap().scale / expected - 1.0).abs() < 1e-5);
+    assert!((normalisation(&even, &counters()).unwrap().scale / expected - 1.0).abs() < 1e-5);
     even.variance[..40].fill(Rgb::splat(1e9));
-    assert!(efficiency(&even, &counters()).unwrap().scale < 0.1 * expected);
+    assert!(normalisation(&even, &counters()).unwrap().scale < 0.1 * expected);
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn a_picture_that_says_nothing_gives_none() {
     let changed = |change: fn(&mut Estimate)| {
         let mut picture = picture(1.0);
         change(&mut picture);
-        efficiency(&picture, &counters())
+        normalisation(&picture, &counters())
     };
     assert!(changed(|p| p.mean.fill(Rgb::ZERO)).is_none(), "black");
     assert!(changed(|p| p.samples = 6).is_none(), "too few samples");

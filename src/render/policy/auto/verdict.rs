@@ -1,6 +1,6 @@
 //! What was found of the guide: whether it pays, and why.
 
-/// What was found.
+/// Whether the guide pays, and what that rests on.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Verdict {
     /// Whether the guide is in use.
@@ -11,18 +11,18 @@ pub struct Verdict {
     pub bounced: f64,
     /// Unguided samples per pixel that the budget holds.
     pub budget: f64,
-    /// Of these, what the guide has cost before the last iteration; less than none where it has gained.
+    /// Of these, what the guide has lost before the last iteration; negative where it has gained.
     pub lost: f64,
     pub reason: Reason,
     /// How the guide did in the iteration before the last, where it was tried.
     pub trial: Option<Trial>,
 }
 
-/// What the choice rests on.
+/// Why the guide is in use, or is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
-    /// So little of what varies is bounced light that no guide could pay.
+    /// Bounced light is too small a part of the noise for any guide to pay, or hardly varies.
     Calm,
     /// The budget is too short to learn in.
     Short,
@@ -32,12 +32,12 @@ pub enum Reason {
     Losing,
 }
 
-/// The guide against none.
+/// Guided samples against unguided ones.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Trial {
-    /// Of one sample; below 1 the guide's vary less.
+    /// Variance of one guided sample over that of an unguided one.
     pub variance_ratio: f64,
-    /// Of one sample that nothing is learnt from, as in the last iteration; above 1 the guide's cost more.
+    /// The same of the cost of tracing it. Learning is left out: the last and longest iteration does not learn.
     pub cost_ratio: f64,
 }
 

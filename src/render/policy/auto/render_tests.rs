@@ -1,4 +1,3 @@
-use super::super::{Rendering, Settings, render};
 use crate::film::tile::Tile;
 use crate::format;
 use crate::guiding::settings::GuidingMethod;
@@ -6,6 +5,7 @@ use crate::integrator::path::PathIntegrator;
 use crate::integrator::{Batch, Task};
 use crate::math::{Rgb, luminance};
 use crate::render::Reason;
+use crate::render::{Rendering, Settings, render};
 use crate::scene::Scene;
 
 /// One of the project's scenes, small.

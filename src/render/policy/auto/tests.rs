@@ -1,0 +1,199 @@
+use super::cost::{GUIDED_VERTEX_COST, SHADOW_RAY_COST, TRANSITION_COST};
+use super::pilot::{MIN_BOUNCED_SHARE, MIN_BOUNCED_VARIANCE, MIN_BUDGET_PATHS, MIN_BUDGET_SAMPLES};
+use super::*;
+use crate::integrator::Counters;
+use crate::io::clock::CpuTime;
+use std::time::Duration;
+
+const PIXELS: u64 = 40_000;
+
+/// A grey picture of sixteen samples a pixel, whose samples have the given variance.
+fn noise(variance: f64) -> Noise {
+    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], mean: 0.0, samples: 16 }
+}
+
+/// A million paths of so many rays and seconds of processor time each.
+fn counters(rays: u64) -> Counters {
+    const PATHS: u64 = 1_000_000;
+    let cpu = CpuTime::from_seconds((rays * PATHS) as f64);
+    Counters { paths: PATHS, rays: rays * PATHS, cpu, ..Counters::default() }
+}
+
+/// Sums over sixteen samples of bounced light, one of them x: their variance is x²/16.
+fn bounced(variance: f64) -> Vec<[f32; 2]> {
+    let x = (16.0 * variance).sqrt() as f32;
+    vec![[x, x * x]; PIXELS as usize]
+}
+
+/// After a pilot of sixteen samples of 5 rays and the variance `variance`, of which `bounced_variance` is that of bounced light.
+fn begun_of(bounced_variance: f64, variance: f64, budget: f64) -> Auto {
+    let mut auto = Auto::new(true, PIXELS);
+    assert!(plan(&auto).mode == Mode::Pilot && auto.verdict().is_none());
+    auto.pilot.add_passes(auto.meter, &[counters(5)]);
+    auto.end_pilot(&noise(variance), &bounced(bounced_variance), budget);
+    auto
+}
+
+fn begun(bounced: f64, budget: f64) -> Auto {
+    begun_of(bounced, 20.0, budget)
+}
+
+/// The next iteration after one of four samples, sixteen in all.
+fn plan(auto: &Auto) -> Plan {
+    auto.next_iteration(&History { samples: 16, planned: Some(4) })
+}
+
+/// What a path of so much work costs.
+fn cost(auto: &Auto, counters: &Counters) -> PathCost {
+    auto.meter.of_path(counters, CpuTime::default())
+}
+
+/// After a first lesson, and trials of 2, 4, 8 … samples of such variances and rays.
+fn tried(budget: f64, trials: &[(f64, u64)]) -> Auto {
+    let mut auto = begun(10.0, budget);
+    assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: 1, continues: true });
+    auto.first_lesson(vec![20.0; PIXELS as usize], 17, 1, cost(&auto, &counters(5)));
+    assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: 8, continues: false });
+    for (k, &(variance, rays)) in trials.iter().enumerate() {
+        if auto.uses_guide() {
+            auto.judge(&noise(20.0), &vec![variance; PIXELS as usize], 2 << k, cost(&auto, &counters(rays)));
+        }
+    }
+    auto
+}
+
+#[test]
+fn light_that_did_not_bounce_asks_for_no_guide() {
+    let reason = |bounced| begun(bounced, 1000.0).verdict().expect("it was measured").reason;
+    let least = 20.0 * MIN_BOUNCED_SHARE;
+    let calm = begun(0.9 * least, 1000.0);
+    let verdict = calm.verdict().expect("it was measured");
+    assert!(
+        !calm.uses_guide() && !verdict.guided && verdict.trial.is_none() && (verdict.variance - 20.0).abs() < 1e-12
+    );
+    assert_eq!(plan(&calm), Plan { mode: Mode::Unguided, samples: LONGEST_ITERATION, continues: true });
+    assert_eq!((reason(0.9 * least), reason(1.1 * least)), (Reason::Calm, Reason::Promising), "of a variance of 20");
+    let reason = |bounced| begun_of(bounced, 1.2 * bounced, 1000.0).verdict().expect("it was measured").reason;
+    let reasons = (reason(0.9 * MIN_BOUNCED_VARIANCE), reason(1.1 * MIN_BOUNCED_VARIANCE));
+    assert_eq!(reasons, (Reason::Calm, Reason::Promising), "nearly all of it bounced");
+}
+
+#[test]
+fn a_short_budget_is_not_spent_on_learning() {
+    let pays = |budget| begun(10.0, budget).uses_guide();
+    let least = MIN_BUDGET_SAMPLES.max(MIN_BUDGET_PATHS / PIXELS as f64);
+    assert!(!pays(0.9 * least) && pays(1.1 * least));
+}
+
+#[test]
+fn a_longer_budget_has_a_longer_pilot() {
+    let taken = |samples, budget| {
+        let mut auto = Auto::new(true, PIXELS);
+        assert_eq!(auto.next_iteration(&History { samples: 0, planned: None }).samples, 2, "nothing is known yet");
+        auto.pilot.add_passes(auto.meter, &[counters(5)]);
+        auto.end_pilot(&Noise { samples, ..noise(20.0) }, &bounced(10.0), budget);
+        let next = auto.next_iteration(&History { samples, planned: Some(samples) });
+        (next.mode == Mode::Pilot).then_some(next.samples)
+    };
+    assert_eq!(taken(2, 60.0), None);
+    assert_eq!(taken(2, 600.0), Some(10), "2 % of the budget");
+    assert_eq!(taken(2, 1e6), Some(14), "as many as there can be use for");
+    assert_eq!(taken(12, 600.0), None);
+}
+
+#[test]
+fn a_picture_that_says_nothing_has_a_pilot_of_twice_the_length() {
+    let auto = Auto::new(true, PIXELS);
+    assert_eq!(plan(&auto), Plan { mode: Mode::Pilot, samples: 8, continues: true });
+}
+
+#[test]
+fn a_trial_that_loses_ends_before_it_has_cost_much_of_the_budget() {
+    // a quarter of the efficiency: of 2 and 4 samples, 12 − 3 are lost at twice the cost and variance
+    let auto = tried(100.0, &[(40.0, 10); 2]);
+    let verdict = auto.verdict().expect("it was tried");
+    assert_eq!((verdict.reason, verdict.guided), (Reason::Losing, false));
+    assert!((verdict.lost - 9.0).abs() < 1e-9, "{} lost", verdict.lost);
+    let trial = verdict.trial.expect("it was tried");
+    assert!((trial.variance_ratio - 2.0).abs() < 1e-12 && trial.cost_ratio == 2.0);
+    assert!((trial.gain() - 0.25).abs() < 1e-12);
+    assert_eq!(plan(&auto), Plan { mode: Mode::Unguided, samples: LONGEST_ITERATION, continues: false });
+    // where the budget is long the same is a small part of it; but not for ever
+    let losing = [(40.0, 10); 8];
+    assert!(tried(1e6, &losing[..2]).uses_guide());
+    assert!(!tried(1e6, &losing[..=MAX_LOSSES_IN_A_ROW as usize]).uses_guide());
+    // what costs as much and gets better stays
+    assert!(tried(1e6, &[(40.0, 10), (30.0, 10), (22.0, 10), (16.0, 10), (11.0, 10), (8.0, 10)]).uses_guide());
+}
+
+#[test]
+fn a_guide_that_wins_or_is_about_to_stays() {
+    for budget in [50.0, 1e3, 1e6] {
+        assert!(tried(budget, &[(12.0, 10), (4.0, 10), (4.0, 10), (4.0, 10), (4.0, 10)]).uses_guide(), "{budget}");
+    }
+    assert!(tried(100.0, &[(60.0, 10)]).uses_guide(), "a first trial says little, where there is time for another");
+    // before the last, one at little less than the unguided efficiency has roulette still to gain, and a bad one not enough
+    assert!(tried(40.0, &[(14.0, 10)]).uses_guide() && !tried(40.0, &[(30.0, 10)]).uses_guide());
+}
+
+#[test]
+fn the_last_and_longest_iteration_is_for_a_guide_that_wins() {
+    // five sixths of the efficiency in the end: cheap as a trial, but not for the 60 samples that then are left
+    let trials = |last| [(14.0, 10), (12.4, 10), (11.1, 10), (last, 10)];
+    assert!(!tried(200.0, &trials(12.0)).uses_guide() && tried(200.0, &trials(9.5)).uses_guide());
+    assert!(tried(1e4, &trials(12.0)).uses_guide(), "there is time to learn more");
+}
+
+/// Whether the guide stays after a trial of four samples with the variance `trial` everywhere; `unguided` are those of one
+/// of `samples` samples before.
+fn stays(unguided: Vec<f64>, samples: u32, of_picture: f64, trial: f64) -> bool {
+    let mut auto = begun(10.0, 60.0);
+    auto.first_lesson(unguided, samples, 2, cost(&auto, &counters(5)));
+    auto.judge(&noise(of_picture), &vec![trial; PIXELS as usize], 4, cost(&auto, &counters(10)));
+    auto.uses_guide()
+}
+
+#[test]
+fn wild_light_may_cost_more_to_try() {
+    let stays = |variance: f64| stays(vec![variance; PIXELS as usize], 5, variance, 1.1 * variance);
+    assert!(!stays(20.0) && stays(400.0), "the same trial, of a variance that turned out to be so much larger");
+}
+
+#[test]
+fn a_guide_has_the_benefit_of_the_doubt_where_few_pixels_say_how_samples_vary() {
+    let stays = |bright: usize| {
+        // 20 on average, all of it in one of so many pixels
+        let variance = |i| if i % bright == 0 { 20.0 * bright as f64 } else { 0.0 };
+        stays((0..PIXELS as usize).map(variance).collect(), 1, 20.0, 22.0)
+    };
+    assert!(!stays(1) && !stays(5) && stays(1000), "the same trial, with a standard error of 0, 1 and 16 %");
+}
+
+#[test]
+fn cost_is_counted_or_processor_time_without_that_of_recording() {
+    let judged = |by_clock, guided: &Counters| {
+        let mut auto = Auto::new(by_clock, PIXELS);
+        // the first of several passes only warms caches
+        auto.pilot.add_passes(auto.meter, &[counters(9), counters(2)]);
+        auto.end_pilot(&noise(20.0), &vec![[12.0, 144.0]; PIXELS as usize], 1e3);
+        auto.first_lesson(vec![20.0; PIXELS as usize], 5, 2, cost(&auto, &counters(2)));
+        auto.judge(&noise(20.0), &vec![20.0; PIXELS as usize], 4, cost(&auto, guided));
+        let verdict = auto.verdict().expect("it was tried");
+        (verdict.trial.expect("it was tried").cost_ratio, verdict.lost)
+    };
+    let paths = counters(0).paths;
+    let guided = Counters {
+        shadow_rays: 2 * paths,
+        guide_hits: paths,
+        transitions: paths,
+        recording_cpu: CpuTime::from_seconds(paths as f64),
+        // three threads shared a processor with other programs
+        wall: Duration::from_secs(9 * paths),
+        ..counters(3)
+    };
+    let (counted, lost) = judged(false, &guided);
+    assert!((counted - (3.0 + 2.0 * SHADOW_RAY_COST + GUIDED_VERTEX_COST) / 2.0).abs() < 1e-12);
+    assert!((lost - 4.0 * (counted + TRANSITION_COST / 2.0 - 1.0)).abs() < 1e-9, "learning is part of the loss");
+    let (clocked, lost) = judged(true, &guided);
+    assert!((clocked - 1.0).abs() < 1e-12 && (lost - 2.0).abs() < 1e-9, "{clocked}, {lost}");
+}

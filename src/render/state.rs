@@ -1,0 +1,184 @@
+//! The state of a render between two iterations.
+
+use super::noise::Noise;
+use super::policy::{Budget, GuidePolicy, History, Iteration, Mode, Plan, Policy};
+use super::schedule::LONGEST_ITERATION;
+use super::{GuideIo, IterationReport, Settings, roulette};
+use crate::film::Combine;
+use crate::film::accumulate::Film;
+use crate::film::tile::Tile;
+use crate::guiding::Guide;
+use crate::guiding::settings::Updates;
+use crate::integrator::{Counters, Roulette, RouletteNormalisation};
+use crate::scene::Scene;
+
+/// All that a render takes from one iteration to the next: with the scene, the settings and this it goes on, in another
+/// process too, and ends with the same picture. It holds no clocks, threads or buffers.
+///
+/// The wall time that a render has taken so far is the sum over `iterations`.
+pub(super) struct RenderState {
+    pub film: Film,
+    /// With the snapshot that the next iteration draws from. `None` where none is ever used.
+    pub guide: Option<Guide>,
+    pub policy: Policy,
+    /// The next iteration, or the one under way.
+    pub plan: Plan,
+    /// What guided roulette goes by; `None` until picture and guide say enough.
+    pub roulette: Option<RouletteNormalisation>,
+    /// Σ x and Σ x² of the luminance of light that bounced, pixel by pixel, over pilot samples; empty after them.
+    pub bounced: Vec<[f32; 2]>,
+    /// Of all random numbers; with what the guide was given, as nothing drawn from it may know of it.
+    pub seed: u64,
+    /// Columns and pixels of the picture.
+    pub width: u32,
+    pub pixels: u64,
+    /// Camera paths so far.
+    pub paths: u64,
+    /// Samples per pixel that the guide has learnt from in this render.
+    pub learnt_samples: u32,
+    /// Camera paths of the last iteration from which it has learnt, in this render or the one before.
+    pub learnt_paths: u64,
+    pub iterations: Vec<IterationReport>,
+}
+
+/// An iteration under way.
+pub(super) struct Record {
+    pub report: IterationReport,
+    /// What its passes did, one by one, where that is asked for.
+    passes: Option<Vec<Counters>>,
+}
+
+impl Record {
+    pub fn begin_pass(&mut self) {
+        self.passes.iter_mut().for_each(|passes| passes.push(Counters::default()));
+    }
+
+    /// Adds what a task did.
+    pub fn add(&mut self, counters: &Counters) {
+        self.report.counters.add(counters);
+        self.passes.iter_mut().filter_map(|passes| passes.last_mut()).for_each(|pass| pass.add(counters));
+    }
+
+    /// Samples per pixel so far; on average, rounded down, where a pass was cut.
+    pub fn count_samples(&mut self, pixels: u64) {
+        self.report.samples = (self.report.counters.paths / pixels) as u32;
+    }
+}
+
+impl RenderState {
+    /// Before the first iteration.
+    pub fn new(scene: &Scene, settings: &Settings, GuideIo { from, keep }: GuideIo) -> RenderState {
+        let (width, height) = (scene.camera.width, scene.camera.height);
+        let pixels = width as u64 * height as u64;
+        let wanted = from.is_some() || keep;
+        let (guide, learnt_paths, salt) = from.map_or((None, 0, 0), |from| (Some(from.guide), from.paths, from.salt));
+        let guide = guide.or_else(|| Guide::new(&settings.guiding, scene.bounds(), scene.facets()));
+        // With a guide from before, iterations go on where those ended: after one of its length, the old is half forgotten.
+        let first = (learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST_ITERATION as u64) as u32;
+        let policy = Policy::asked_for(settings.guiding.method, wanted, first, settings.render.time.is_some(), pixels);
+        RenderState {
+            film: Film::new(width, height, combine(settings, &policy)),
+            guide,
+            plan: policy.next_iteration(&History { samples: 0, planned: None }),
+            policy,
+            roulette: None,
+            bounced: Vec::new(),
+            seed: settings.render.seed ^ salt,
+            width,
+            pixels,
+            paths: 0,
+            learnt_samples: 0,
+            learnt_paths,
+            iterations: Vec::new(),
+        }
+    }
+
+    /// Samples per pixel so far; on average, rounded down, where a pass was cut.
+    pub fn samples(&self) -> u32 {
+        (self.paths / self.pixels) as u32
+    }
+
+    /// Whether the iteration draws from the guide, and learns.
+    pub fn is_guided(&self) -> bool {
+        self.guide.is_some() && self.plan.mode == Mode::Guided
+    }
+
+    /// Whether the guide's snapshot follows what it learns, round by round.
+    pub fn is_online(&self, settings: &Settings) -> bool {
+        self.guide.is_some() && settings.guiding.updates == Updates::Online
+    }
+
+    /// The record of the iteration that begins now.
+    pub fn begin_iteration(&mut self) -> Record {
+        let pilot = self.plan.mode == Mode::Pilot;
+        if !pilot {
+            self.bounced = Vec::new();
+        } else if self.bounced.is_empty() {
+            self.bounced = vec![[0.0; 2]; self.pixels as usize];
+        }
+        let usable_states = self.guide.as_ref().map_or(0, |g| g.field().len());
+        let report = IterationReport { usable_states, ..IterationReport::default() };
+        Record { report, passes: pilot.then(Vec::new) }
+    }
+
+    /// Adds what light that bounced has brought to a tile.
+    pub fn add_bounced(&mut self, tile: &Tile, sums: &[[f32; 2]]) {
+        let width = self.width as usize;
+        for (k, [sum, squares]) in sums.iter().enumerate() {
+            let (x, y) = (tile.x as usize + k % tile.width as usize, tile.y as usize + k / tile.width as usize);
+            let to = &mut self.bounced[y * width + x];
+            (to[0], to[1]) = (to[0] + sum, to[1] + squares);
+        }
+    }
+
+    /// The guide takes the end of an iteration that it has learnt from; a `whole` one may change what its states are.
+    pub fn end_learning(&mut self, whole: bool, report: &mut IterationReport) {
+        let (Some(guide), samples) = (&mut self.guide, report.samples) else { return };
+        report.add_learning(|| if whole { guide.end_iteration(samples) } else { guide.refresh() });
+        self.learnt_paths = self.learnt_paths.max(report.counters.paths);
+    }
+
+    /// What the noise of a finished iteration says of roulette and of the guide.
+    pub fn weigh(&mut self, Record { report, passes }: &Record, settings: &Settings) {
+        self.learnt_samples += if self.is_guided() { report.samples } else { 0 };
+        let noise = Noise::of(&self.film);
+        if settings.integrator.roulette == Roulette::Guided
+            && let Some(noise) = &noise
+        {
+            let new = roulette::normalisation(noise, self.learnt_samples, &report.counters);
+            self.roulette = new.or(self.roulette.take());
+        }
+        let (threads, render) = (rayon::current_num_threads() as f64, &settings.render);
+        self.policy.observe(&Iteration {
+            mode: self.plan.mode,
+            samples: report.samples,
+            all_samples: (self.paths / self.pixels) as u32,
+            counters: &report.counters,
+            passes: passes.as_deref().unwrap_or_default(),
+            learning: report.learn_cpu,
+            film: &self.film,
+            noise: noise.as_ref(),
+            bounced: &self.bounced,
+            budget: Budget { samples: render.spp, cpu_seconds: render.time.map(|wall| wall * threads) },
+        });
+    }
+
+    /// Plans the next iteration, and ends the one before in the film, unless the next continues it.
+    pub fn plan_next(&mut self) {
+        let history = History { samples: self.samples(), planned: Some(self.plan.samples) };
+        self.plan = self.policy.next_iteration(&history);
+        if !self.plan.continues {
+            self.film.end_iteration();
+        }
+    }
+}
+
+/// Unguided samples are identically distributed, so they are weighted equally, whatever their estimated variances.
+fn combine(settings: &Settings, policy: &Policy) -> Combine {
+    let combine = settings.render.combine;
+    if combine == Combine::InverseVariance && policy.never_guides() { Combine::All } else { combine }
+}
+
+#[cfg(test)]
+#[path = "state_tests.rs"]
+mod tests;
