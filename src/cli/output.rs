@@ -2,9 +2,8 @@
 
 use super::report::{Context, Report};
 use crate::film::accumulate::Estimate;
-use crate::format::SceneFile;
 use crate::image::exr::{self, Attribute, Metadata, Window};
-use crate::image::{Image, Layer, png};
+use crate::image::{Image, Layer, ViewTransform, png};
 use crate::inspect::Layers;
 use crate::io::atomic::{try_folder, write_atomically};
 use crate::platform::Platform;
@@ -13,6 +12,12 @@ use anyhow::{Context as _, Result, bail};
 use rayon::prelude::*;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+/// Attributes of an EXR: stops and tone curve with which its picture was shown.
+pub(super) const VIEW_EXPOSURE: &str = "viewExposure";
+pub(super) const VIEW_TONE: &str = "viewTone";
+/// Keyword of a PNG's text that names the scene, as the attribute `scene` of an EXR does.
+const PNG_SCENE: &str = "Scene";
 
 /// The files that a render will write.
 pub struct Outputs {
@@ -59,7 +64,6 @@ impl Outputs {
     pub fn write(
         &self,
         context: &Context,
-        description: &SceneFile,
         rendering: &Rendering,
         report: &Report,
     ) -> Result<()> {
@@ -67,7 +71,7 @@ impl Outputs {
         // A PNG is packed by one thread: that of a large picture takes as long as an EXR, which all threads pack.
         let pictures = self.pictures.par_iter().map(|path| match path.extension().is_some_and(|e| e == "exr") {
             true => write_exr(path, context, rendering).map_err(anyhow::Error::from),
-            false => png::write(path, &beauty(estimate), description.scene.film.exposure).map_err(anyhow::Error::from),
+            false => write_png(path, context, &beauty(estimate)).map_err(anyhow::Error::from),
         });
         let pictures: Vec<Result<()>> = pictures.collect();
         let json = self.json.iter().map(|path| write_json(path, report));
@@ -98,7 +102,8 @@ pub(super) fn check_writable(path: &Path) -> Result<()> {
     problem.map_or(Ok(()), |problem| bail!("{}: {problem}", path.display()))
 }
 
-fn beauty(estimate: &Estimate) -> Image {
+/// The picture itself, linear.
+pub(super) fn beauty(estimate: &Estimate) -> Image {
     let mut image = Image::new(estimate.width as usize, estimate.height as usize);
     image.data.copy_from_slice(&estimate.mean);
     image
@@ -121,10 +126,21 @@ pub(super) fn layers(rendering: &Rendering, guide: Option<&Layers>) -> Vec<Layer
     layers
 }
 
+/// What a file's header says of how its picture is shown; its pixels are as they were.
+pub(super) fn view_attributes(view: &ViewTransform) -> [(String, Attribute); 2] {
+    let (exposure, tone) = (Attribute::Float(view.stops), Attribute::Text(view.tone.name().into()));
+    [(VIEW_EXPOSURE.into(), exposure), (VIEW_TONE.into(), tone)]
+}
+
+fn write_png(path: &Path, context: &Context, image: &Image) -> crate::Result<()> {
+    png::write(path, image, &context.view, &[(PNG_SCENE, &context.name)])
+}
+
 fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Result<()> {
     let e = &rendering.estimate;
     let mut extra = Platform::of(context.scene.geometry().device()).attributes();
     extra.insert("scene".into(), Attribute::Text(context.name.clone()));
+    extra.extend(view_attributes(&context.view));
     let metadata = Metadata {
         scene_hash: context.scene.hash_text(),
         samples_per_pixel: e.samples,

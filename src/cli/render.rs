@@ -1,13 +1,14 @@
 //! `phototaxis render`: from a scene file or a model to pictures and figures.
 
 use super::choices::Choices;
-use super::output::Outputs;
+use super::output::{Outputs, beauty};
 use super::progress::{Bar, say};
 use super::report::{Context, Report, total};
 use super::signals::Signals;
 use crate::format;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
+use crate::image::{Exposure, Tone, ViewTransform};
 use crate::inspect::Layers;
 use crate::render::guide_file::{self, GuideFingerprint};
 use crate::render::{GuideIo, Rendering, Settings, Stop, render_until};
@@ -53,6 +54,14 @@ pub struct RenderArguments {
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
     #[arg(long)]
     guide_layers: bool,
+    /// Stops by which the PNG is brightened, or auto: by its log-average luminance, highlights kept. [default: the scene
+    /// file's, else 0; auto for a model]
+    #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
+    exposure: Option<Exposure>,
+    /// Tone curve of the PNG: srgb (clamped), agx or aces (filmic). [default: the scene file's, else srgb;
+    /// agx for a model]
+    #[arg(long, value_name = "CURVE")]
+    tone: Option<Tone>,
     #[command(flatten)]
     choices: Choices,
     /// Writes the figures as JSON; "-" is standard output.
@@ -85,6 +94,8 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     if !arguments.quiet {
         warn_of_non_finite(&rendering);
     }
+    let film = &description.scene.film;
+    let view = ViewTransform::of(film.exposure, film.tone, &beauty(&rendering.estimate));
     let context = Context {
         scene: &scene,
         name: arguments.scene.display().to_string(),
@@ -92,11 +103,13 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         interrupted,
         load_seconds: load_seconds - scene.build_seconds(),
         build_seconds: scene.build_seconds(),
+        view,
+        exposure_auto: film.exposure == Exposure::Auto,
         subject: subject(&scene, &description),
         guide_layers: rendering.guide.as_ref().filter(|_| arguments.guide_layers).map(|g| Layers::new(&scene, g)),
     };
     let report = Report::new(&context, &rendering);
-    outputs.write(&context, &description, &rendering, &report)?;
+    outputs.write(&context, &rendering, &report)?;
     if !arguments.quiet {
         say(&report.summary());
         outputs.paths().for_each(|path| say(&format!("wrote {}", path.display())));
@@ -113,7 +126,11 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
     let open_ended = arguments.time.is_some() && arguments.spp.is_none();
     let spp = arguments.spp.map(|n| n.to_string()).or(open_ended.then(|| i32::MAX.to_string()));
     let budget = [spp.map(|n| format!("render.spp={n}")), arguments.time.map(|t| format!("render.time={t:?}"))];
-    arguments.choices.overrides(budget.into_iter().flatten())
+    let view = [
+        arguments.exposure.map(|exposure| format!("film.exposure={exposure}")),
+        arguments.tone.map(|tone| format!("film.tone={}", tone.name())),
+    ];
+    arguments.choices.overrides(budget.into_iter().chain(view).flatten())
 }
 
 /// Refuses options that could do nothing.

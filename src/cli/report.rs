@@ -2,7 +2,7 @@
 
 use super::output::layers;
 use crate::guiding::settings::GuidingMethod;
-use crate::image::{Layer, NonFinite};
+use crate::image::{Layer, NonFinite, ViewTransform};
 use crate::inspect::Layers;
 use crate::integrator::Counters;
 use crate::platform::Platform;
@@ -54,6 +54,10 @@ pub struct Report {
     /// Pixels of the picture and its layers, and the first of them.
     non_finite_pixels: usize,
     first_non_finite_pixel: Option<NonFinite>,
+    /// Stops by which the PNG is brightened, whether they were found by what the picture shows, and its tone curve.
+    exposure_stops: f32,
+    exposure_auto: bool,
+    tone: &'static str,
     guide: GuideReport,
     iterations: Vec<Iteration>,
 }
@@ -92,6 +96,9 @@ pub struct Context<'a> {
     pub load_seconds: f64,
     pub build_seconds: f64,
     pub subject: GuideFingerprint,
+    /// How the picture is shown, and whether its exposure was found by what it shows.
+    pub view: ViewTransform,
+    pub exposure_auto: bool,
     /// Where they are asked for.
     pub guide_layers: Option<Layers>,
 }
@@ -137,6 +144,9 @@ impl Report {
             non_finite_samples: total.non_finite,
             non_finite_pixels: non_finite.as_ref().map_or(0, |found| found.pixels),
             first_non_finite_pixel: non_finite,
+            exposure_stops: context.view.stops,
+            exposure_auto: context.exposure_auto,
+            tone: context.view.tone.name(),
             guide: GuideReport {
                 method: guide.map_or(GuidingMethod::None, |g| g.method()).name(),
                 states: guide.map_or(0, |g| g.states()),

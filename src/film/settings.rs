@@ -1,18 +1,28 @@
 //! How the film is asked for.
 
+use crate::image::{Exposure, Tone};
+
 /// The size of the picture, and how samples become pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSettings {
     pub width: u32,
     pub height: u32,
     pub filter: Filter,
-    /// Of the PNG only: stops by which the picture is brightened.
-    pub exposure: f32,
+    /// Of the PNG only: how much the picture is brightened.
+    pub exposure: Exposure,
+    /// Of the PNG only: how light becomes a colour of the screen.
+    pub tone: Tone,
 }
 
 impl Default for FilmSettings {
     fn default() -> FilmSettings {
-        FilmSettings { width: 1280, height: 720, filter: Filter::Box, exposure: 0.0 }
+        FilmSettings {
+            width: 1280,
+            height: 720,
+            filter: Filter::Box,
+            exposure: Exposure::default(),
+            tone: Tone::default(),
+        }
     }
 }
 

@@ -6,8 +6,12 @@ mod layers;
 pub mod metrics;
 pub mod png;
 pub mod srgb;
+mod tone;
+mod view;
 
 pub use layers::{Image, Layer, NonFinite};
+pub use tone::Tone;
+pub use view::{Exposure, MOST_STOPS, ViewTransform, automatic_stops};
 
 #[cfg(test)]
 pub(crate) mod tests {

@@ -5,6 +5,7 @@ use crate::film::{Combine, FilmSettings, Filter};
 use crate::guiding::settings::{
     DirectionTable, GuideSampling, GuidingMethod, GuidingSettings, LearningRule, Placement, Rate, Updates,
 };
+use crate::image::{Exposure, MOST_STOPS, Tone};
 use crate::integrator::{IntegratorSettings, Roulette};
 use crate::render::{Order, RenderSettings};
 use crate::scene::description::CameraDescription;
@@ -15,7 +16,7 @@ use std::ops::RangeInclusive;
 pub(in crate::format) const SIDE: RangeInclusive<u64> = 1..=65536;
 /// Degrees of a field of view.
 pub(in crate::format) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
-const STOPS: Bounds = Bounds::new(|x| x.abs() <= 64.0, "between -64 and 64");
+const STOPS: Bounds = Bounds::new(|x| x.abs() <= MOST_STOPS as f64, "between -64 and 64");
 /// Without any share for the BSDF, light that the guide does not know of would be missing.
 const FRACTION: Bounds = Bounds::new(|x| x > 0.0 && x <= 1.0, "greater than 0 and at most 1");
 const AT_LEAST_ONE: Bounds = Bounds::new(|x| x >= 1.0, "at least 1");
@@ -28,7 +29,21 @@ pub(in crate::format) fn film(t: &mut Reader, film: &mut FilmSettings) -> Result
     t.integer("width", SIDE, &mut film.width)?;
     t.integer("height", SIDE, &mut film.height)?;
     t.choice("filter", &filters, &mut film.filter)?;
-    t.number("exposure", STOPS, &mut film.exposure)
+    exposure(t, &mut film.exposure)?;
+    t.choice("tone", &Tone::NAMES, &mut film.tone)
+}
+
+/// Stops, or "auto".
+fn exposure(t: &mut Reader, slot: &mut Exposure) -> Result<(), Fault> {
+    let Some(node) = t.ask("exposure".into(), "number or `\"auto\"`", slot.to_string(), STOPS.range())? else {
+        return Ok(());
+    };
+    *slot = match &node.value {
+        Value::String(text) if text == "auto" => Exposure::Auto,
+        Value::String(_) => return Err(node.mismatch("exposure", "a number or \"auto\"")),
+        _ => Exposure::Stops(node.number("exposure", STOPS)?),
+    };
+    Ok(())
 }
 
 pub(in crate::format) fn integrator(t: &mut Reader, s: &mut IntegratorSettings) -> Result<(), Fault> {
