@@ -8,4 +8,4 @@ mod settings;
 mod surplus;
 pub mod tile;
 
-pub use settings::{Combine, FilmSettings, Filter};
+pub use settings::{Combine, FilmSettings, Filter, MAX_SIDE};

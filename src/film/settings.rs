@@ -2,6 +2,9 @@
 
 use crate::image::{Exposure, Tone};
 
+/// Pixels along a side of a picture, at most.
+pub const MAX_SIDE: u32 = 65536;
+
 /// The size of the picture, and how samples become pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSettings {

@@ -17,8 +17,8 @@ use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, U
 use crate::integrator::{IntegratorSettings, Roulette};
 use crate::io::memory;
 use crate::render::{Order, RenderSettings};
-use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
+use crate::scene::{LoadStage, Scene};
 use crate::{Error, Result};
 use std::path::Path;
 use std::sync::Arc;
@@ -47,8 +47,16 @@ impl SceneFile {
     /// # Errors
     /// As [`Self::load_scene`].
     pub fn load_scene_on(&self, device: Arc<Device>) -> Result<(Scene, Vec<String>)> {
+        self.load_scene_watched(device, &|_| ())
+    }
+
+    /// The same; `watch` is told what begins.
+    ///
+    /// # Errors
+    /// As [`Self::load_scene`].
+    pub fn load_scene_watched(&self, device: Arc<Device>, watch: &dyn Fn(LoadStage)) -> Result<(Scene, Vec<String>)> {
         self.check_memory()?;
-        let loaded = Scene::load_on(device, &self.scene, self.render.robust)?;
+        let loaded = Scene::load_watched(device, &self.scene, self.render.robust, watch)?;
         // what the scene took is no longer there
         self.check_memory()?;
         Ok(loaded)
@@ -62,6 +70,25 @@ impl SceneFile {
         memory::check(self.guiding.memory)
             .map_err(|shortage| Error::Scene(format!("guiding.memory: tables of the guide may {shortage}")))
     }
+}
+
+/// The keys that `--set` can change, such as `film.width`; those of materials are left out.
+pub(crate) fn setting_keys() -> Vec<String> {
+    let mut file = SceneFile::default();
+    let mut keys = Vec::new();
+    for section in ["camera", "film", "integrator", "guiding", "render"] {
+        let mut t = Reader::probe();
+        // A camera is refused for what it lacks, once all of its keys have been asked for.
+        _ = match section {
+            "camera" => sections::settings::camera(&mut t, &mut file.scene.camera),
+            "film" => sections::settings::film(&mut t, &mut file.scene.film),
+            "integrator" => sections::settings::integrator(&mut t, &mut file.integrator),
+            "guiding" => sections::settings::guiding(&mut t, &mut file.guiding),
+            _ => sections::settings::render(&mut t, &mut file.render),
+        };
+        keys.extend(t.asked().iter().map(|info| format!("{section}.{}", info.key.name)));
+    }
+    keys
 }
 
 /// Reads a file of one format; also returns warnings.

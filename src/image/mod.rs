@@ -5,11 +5,13 @@ pub mod flip;
 mod layers;
 pub mod metrics;
 pub mod png;
+mod resample;
 pub mod srgb;
 mod tone;
 mod view;
 
 pub use layers::{Image, Layer, NonFinite};
+pub use resample::Rectangle;
 pub use tone::Tone;
 pub use view::{Exposure, MOST_STOPS, ViewTransform, automatic_stops};
 

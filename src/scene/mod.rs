@@ -12,6 +12,7 @@ pub mod obj;
 
 pub use camera::Camera;
 #[cfg(feature = "lab")]
+pub use load::LoadStage;
 pub(crate) use load::LoadedAssets;
 
 use crate::bsdf::Bsdf;

@@ -120,7 +120,7 @@ impl PaperRun<'_> {
         let (mut description, _) = format::load(&path, &overrides)?;
         preset.place(&mut description.scene);
         let named = |extension: &str| out.join(format!("{}.{extension}", preset.name));
-        let outputs = Outputs::new(&[named("png"), named("exr")], Some(&named("json")), None, &path)?;
+        let outputs = Outputs::new(&[named("png"), named("exr")], Some(&named("json")), None, &path, false)?;
         let keeping = GuideIo { from: None, keep: preset.shown.is_some() };
         let (scene, rendering) = self.render(preset.name, &description, keeping)?;
         let context = self.context(&scene, &path, &description, &rendering);
@@ -237,6 +237,7 @@ impl PaperRun<'_> {
             exposure_auto: film.exposure == Exposure::Auto,
             subject: subject(scene, description),
             guide_layers: None,
+            denoised: None,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The sections of settings. A key is one line here (and one row of docs/scene-file.md, which a test asks for).
 
 use crate::document::{At, Bounds, COORDINATE, Fault, NOT_NEGATIVE, Node, Reader, UNIT, Value};
-use crate::film::{Combine, FilmSettings, Filter};
+use crate::film::{Combine, FilmSettings, Filter, MAX_SIDE};
 use crate::guiding::settings::{
     DirectionTable, GuideSampling, GuidingMethod, GuidingSettings, LearningRule, Placement, Rate, Updates,
 };
@@ -13,7 +13,7 @@ use glam::Vec3;
 use std::ops::RangeInclusive;
 
 /// Pixels along a side of the film.
-pub(in crate::format) const SIDE: RangeInclusive<u64> = 1..=65536;
+pub(in crate::format) const SIDE: RangeInclusive<u64> = 1..=MAX_SIDE as u64;
 /// Degrees of a field of view.
 pub(in crate::format) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
 const STOPS: Bounds = Bounds::new(|x| x.abs() <= MOST_STOPS as f64, "between -64 and 64");
