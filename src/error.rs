@@ -21,6 +21,9 @@ pub enum Error {
     /// A scene or a setting contradicts itself.
     #[error("{0}")]
     Scene(String),
+    /// There is no denoiser, or it refused.
+    #[error("denoising: {0}")]
+    Denoise(String),
     /// Embree refused a call.
     #[error("Embree: {0}")]
     Embree(String),

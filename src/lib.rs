@@ -19,13 +19,15 @@
 //! # Layers
 //!
 //! Folders use only those before them in this list, and a test (`tests/all/layers.rs`) keeps it so:
-//! [`simd`], [`io`], [`math`], [`stats`] · [`geometry`], [`embree`] · [`image`], [`texture`], `fields`, [`film`] · [`bsdf`], [`light`] ·
-//! [`guiding`] · [`scene`] · [`integrator`] · [`render`] · [`format`] · [`inspect`] · `lab` · [`cli`].
+//! [`simd`], [`io`], [`math`], `document`, [`stats`] · [`geometry`], [`embree`] · [`image`], [`denoise`], [`texture`], `fields`,
+//! [`film`] · [`bsdf`], [`light`] · [`guiding`] · [`scene`] · [`integrator`] · [`render`] ·
+//! [`format`] · [`inspect`] · `lab` · [`cli`].
 //!
 //! # Invariants
 //!
 //! 1. [`embree`] knows triangles and ids, never materials. [`guiding`] needs [`math`] and [`simd`] alone: it sees
-//!    positions, normals and directions. Nothing outside [`cli`] prints or exits. `unsafe` is in [`embree`] and [`simd`].
+//!    positions, normals and directions. Nothing outside [`cli`] prints or exits. `unsafe` is in [`embree`],
+//!    [`simd`] and [`denoise`].
 //! 2. The guide is frozen during an iteration. Sampling and pdf read one snapshot, so MIS weights are exact and every
 //!    iteration is an unbiased estimate. Learning takes `&mut self` between rounds, and changes no snapshot.
 //! 3. The same scene, seed and sample budget give the same image, bit for bit, with any number of threads, by one build
@@ -42,6 +44,7 @@
 
 pub mod bsdf;
 pub mod cli;
+pub mod denoise;
 pub(crate) mod document;
 pub mod embree;
 pub mod error;

@@ -1,6 +1,6 @@
 //! `phototaxis error`: how far pictures are from a reference.
 
-use crate::image::exr::{read_layers, read_rgb};
+use crate::image::exr::{read_layers, read_measured};
 use crate::image::metrics::{Errors, compare};
 use crate::image::{Image, Layer};
 use crate::math::Rgb;
@@ -20,6 +20,12 @@ pub struct ErrorArguments {
     /// Picture of the same size to compare with.
     #[arg(long, value_name = "EXR")]
     reference: PathBuf,
+    /// Layer of the pictures to measure. [default: the picture itself]
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
+    /// Measures denoised pictures too, whose error is not noise.
+    #[arg(long)]
+    allow_denoised: bool,
 }
 
 #[derive(Serialize)]
@@ -54,11 +60,11 @@ struct Mean {
 }
 
 pub fn run(arguments: &ErrorArguments) -> Result<ExitCode> {
-    let reference = read_rgb(&arguments.reference)?;
+    let reference = read(arguments, &arguments.reference, None)?;
     let mut images = Vec::new();
     let mut broken = name_non_finite(&arguments.reference, &reference);
     for path in &arguments.images {
-        let image = read_rgb(path)?;
+        let image = read(arguments, path, arguments.layer.as_deref())?;
         let (errors, non_finite_pixels) = (compare(&image, &reference)?, name_non_finite(path, &image));
         broken += non_finite_pixels;
         images.push(ImageReport { image: path.clone(), non_finite_pixels, errors });
@@ -72,6 +78,10 @@ pub fn run(arguments: &ErrorArguments) -> Result<ExitCode> {
     };
     super::print(&serde_json::to_string_pretty(&report)?)?;
     Ok(if broken > 0 { ExitCode::from(super::NOT_FINITE) } else { ExitCode::SUCCESS })
+}
+
+fn read(arguments: &ErrorArguments, path: &Path, layer: Option<&str>) -> Result<Image> {
+    Ok(read_measured(path, layer, arguments.allow_denoised)?)
 }
 
 /// How many pixels of a picture are not finite; says so where there are any.

@@ -3,8 +3,11 @@
 //! Exit codes: 0 done, 1 failed, 2 wrong usage, 3 pixels that are not finite (with the picture written), 128 + n stopped by
 //! signal n (with what there was written).
 
+mod amounts;
 mod choices;
 mod error;
+mod hints;
+mod image;
 mod inspect;
 mod keys;
 #[cfg(feature = "lab")]
@@ -12,6 +15,7 @@ mod lab;
 #[cfg(not(feature = "lab"))]
 #[path = "lab/absent.rs"]
 mod lab;
+mod names;
 mod output;
 mod progress;
 mod render;
@@ -44,6 +48,8 @@ struct Arguments {
 enum Command {
     /// Render a scene file (.toml, .json) or a bare model (.obj).
     Render(render::RenderArguments),
+    /// Make another picture of a rendered EXR: other exposure, tone curve, part, size or layer.
+    Image(image::ImageArguments),
     /// Print how far a picture is from a reference, as JSON: MSE, relMSE (all and trimmed), MAPE, SMAPE.
     Error(error::ErrorArguments),
     /// Show what the guide knows of the place behind a pixel, and how large it is.
@@ -56,8 +62,9 @@ enum Command {
 
 /// Runs the command that `argv` names.
 pub fn run() -> ExitCode {
-    let result = match Arguments::try_parse().unwrap_or_else(|error| leave(&error)).command {
+    let result = match Arguments::try_parse().unwrap_or_else(|error| leave(error)).command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Image(arguments) => image::run(&arguments),
         Command::Error(arguments) => error::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Keys(arguments) => keys::run(&arguments),
@@ -70,7 +77,8 @@ pub fn run() -> ExitCode {
 }
 
 /// Where there is nothing to run: help, the version, or wrong usage.
-fn leave(error: &clap::Error) -> ! {
+fn leave(mut error: clap::Error) -> ! {
+    hints::add(&mut error);
     if error.kind() == ErrorKind::DisplayVersion {
         let printed = version();
         printed.iter().for_each(|lines| _ = print(lines));

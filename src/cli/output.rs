@@ -1,9 +1,9 @@
 //! Where a render's pictures and figures go.
 
+use super::names;
 use super::report::{Context, Report};
 use crate::film::accumulate::Estimate;
-use crate::format::SceneFile;
-use crate::image::exr::{self, Attribute, Metadata, Window};
+use crate::image::exr::{self, Attribute, DENOISED, Metadata, Window};
 use crate::image::{Image, Layer, png};
 use crate::inspect::Layers;
 use crate::io::atomic::{try_folder, write_atomically};
@@ -14,36 +14,53 @@ use rayon::prelude::*;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// Attributes of an EXR: stops and tone curve with which its picture was shown.
+pub(super) const VIEW_EXPOSURE: &str = "viewExposure";
+pub(super) const VIEW_TONE: &str = "viewTone";
+/// The layer that it showed, where that is not the picture itself.
+pub(super) const VIEW_LAYER: &str = "viewLayer";
+/// Keyword of a PNG's text that names the scene, as the attribute `scene` of an EXR does.
+pub(super) const PNG_SCENE: &str = "Scene";
+
+/// What a denoiser made of a picture.
+pub struct Denoised {
+    pub image: Image,
+    pub seconds: f64,
+    /// Its name and version.
+    pub by: String,
+}
+
 /// The files that a render will write.
 pub struct Outputs {
     pictures: Vec<PathBuf>,
     json: Option<PathBuf>,
     guide: Option<PathBuf>,
+    /// The names were chosen, and have a number since the plain ones are another scene's.
+    numbered: bool,
 }
 
 impl Outputs {
-    /// Decides on names, and refuses before hours are spent on a picture that could not be written.
-    pub fn new(pictures: &[PathBuf], json: Option<&PathBuf>, guide: Option<&PathBuf>, scene: &Path) -> Result<Outputs> {
-        let pictures = match pictures {
-            [] => {
-                let stem = PathBuf::from(scene.file_stem().context("the scene has no file name")?);
-                vec![stem.with_extension("exr"), stem.with_extension("png")]
-            }
-            given => given.to_vec(),
+    /// Decides on names, and refuses before hours are spent on a picture that could not be written. Where no names are given,
+    /// another scene's pictures are replaced only with `force`.
+    pub fn new(
+        pictures: &[PathBuf],
+        json: Option<&PathBuf>,
+        guide: Option<&PathBuf>,
+        scene: &Path,
+        force: bool,
+    ) -> Result<Outputs> {
+        let (pictures, numbered) = match pictures {
+            [] => names::pictures(scene, force).map(|(own, numbered)| (own.to_vec(), numbered))?,
+            given => (given.to_vec(), false),
         };
-        for path in &pictures {
-            match path.extension().and_then(|e| e.to_str()) {
-                Some("exr" | "png") => check_writable(path)?,
-                _ => bail!("{}: pictures are written as .exr or .png", path.display()),
-            }
-        }
+        check_pictures(&pictures)?;
         if let Some(path) = json.filter(|path| path.as_os_str() != "-") {
             check_writable(path)?;
         }
         if let Some(path) = guide {
             check_writable(path)?;
         }
-        Ok(Outputs { pictures, json: json.cloned(), guide: guide.cloned() })
+        Ok(Outputs { pictures, json: json.cloned(), guide: guide.cloned(), numbered })
     }
 
     /// Pictures and the guide.
@@ -51,23 +68,27 @@ impl Outputs {
         self.pictures.iter().chain(&self.guide)
     }
 
-    pub fn any_exr(&self) -> bool {
-        self.pictures.iter().any(|path| path.extension().is_some_and(|e| e == "exr"))
+    /// What is to be said of names that were chosen.
+    pub fn note(&self) -> Option<String> {
+        let name = self.pictures.first().filter(|_| self.numbered)?;
+        Some(format!(
+            "note: there are pictures of another scene of that name, so these are {} and so on (--force replaces those)",
+            name.display()
+        ))
+    }
+
+    /// Whether a picture is in the format of this extension.
+    pub fn any(&self, extension: &str) -> bool {
+        self.pictures.iter().any(|path| path.extension().is_some_and(|e| e == extension))
     }
 
     /// Writes them all. One that fails does not keep the others from being written.
-    pub fn write(
-        &self,
-        context: &Context,
-        description: &SceneFile,
-        rendering: &Rendering,
-        report: &Report,
-    ) -> Result<()> {
+    pub fn write(&self, context: &Context, rendering: &Rendering, report: &Report) -> Result<()> {
         let estimate = &rendering.estimate;
         // A PNG is packed by one thread: that of a large picture takes as long as an EXR, which all threads pack.
         let pictures = self.pictures.par_iter().map(|path| match path.extension().is_some_and(|e| e == "exr") {
             true => write_exr(path, context, rendering).map_err(anyhow::Error::from),
-            false => png::write(path, &beauty(estimate), description.scene.film.exposure).map_err(anyhow::Error::from),
+            false => write_png(path, context, estimate).map_err(anyhow::Error::from),
         });
         let pictures: Vec<Result<()>> = pictures.collect();
         let json = self.json.iter().map(|path| write_json(path, report));
@@ -84,6 +105,14 @@ impl Outputs {
     }
 }
 
+/// That pictures can be written there, and in the formats that their names ask for.
+pub(super) fn check_pictures(paths: &[PathBuf]) -> Result<()> {
+    paths.iter().try_for_each(|path| match path.extension().and_then(|e| e.to_str()) {
+        Some("exr" | "png") => check_writable(path),
+        _ => bail!("{}: pictures are written as .exr or .png", path.display()),
+    })
+}
+
 /// Makes and removes an empty file beside `path`, unless that is a device or a pipe, which are written directly.
 pub(super) fn check_writable(path: &Path) -> Result<()> {
     // A link is followed, as it will be when the file is written.
@@ -98,14 +127,15 @@ pub(super) fn check_writable(path: &Path) -> Result<()> {
     problem.map_or(Ok(()), |problem| bail!("{}: {problem}", path.display()))
 }
 
-fn beauty(estimate: &Estimate) -> Image {
+/// The picture itself, linear.
+pub(super) fn beauty(estimate: &Estimate) -> Image {
     let mut image = Image::new(estimate.width as usize, estimate.height as usize);
     image.data.copy_from_slice(&estimate.mean);
     image
 }
 
-/// All that is known of a render, pixel by pixel; `guide` are the layers of the guide, where they are asked for.
-pub(super) fn layers(rendering: &Rendering, guide: Option<&Layers>) -> Vec<Layer> {
+/// All that is known of a render, pixel by pixel, with what was asked for beside: what is denoised, what the guide knows.
+pub(super) fn layers(rendering: &Rendering, context: &Context) -> Vec<Layer> {
     let e = &rendering.estimate;
     let features =
         |f: fn(&crate::film::tile::Aovs) -> crate::math::Rgb| -> Vec<_> { e.features.iter().map(f).collect() };
@@ -117,14 +147,29 @@ pub(super) fn layers(rendering: &Rendering, guide: Option<&Layers>) -> Vec<Layer
         Layer::scalar("", "Z", e.features.iter().map(|f| f.depth).collect()),
         Layer::scalar("samples", "Y", (0..e.mean.len()).map(|i| e.count(i) as f32).collect()),
     ];
-    layers.extend(guide.into_iter().flat_map(Layers::channels));
+    layers.extend(context.denoised.iter().map(|denoised| Layer::color(DENOISED, &denoised.image.data)));
+    layers.extend(context.guide_layers.iter().flat_map(Layers::channels));
     layers
+}
+
+fn write_png(path: &Path, context: &Context, estimate: &Estimate) -> crate::Result<()> {
+    let named = (PNG_SCENE, &*context.name);
+    match &context.denoised {
+        Some(denoised) => png::write(path, &denoised.image, &context.view, &[named, ("Denoiser", &denoised.by)]),
+        None => png::write(path, &beauty(estimate), &context.view, &[named]),
+    }
 }
 
 fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Result<()> {
     let e = &rendering.estimate;
     let mut extra = Platform::of(context.scene.geometry().device()).attributes();
     extra.insert("scene".into(), Attribute::Text(context.name.clone()));
+    let (exposure, tone) = (Attribute::Float(context.view.stops), Attribute::Text(context.view.tone.name().into()));
+    extra.extend([(VIEW_EXPOSURE.into(), exposure), (VIEW_TONE.into(), tone)]);
+    if let Some(denoised) = &context.denoised {
+        extra.insert(VIEW_LAYER.into(), Attribute::Text(DENOISED.into()));
+        extra.insert("denoiser".into(), Attribute::Text(denoised.by.clone()));
+    }
     let metadata = Metadata {
         scene_hash: context.scene.hash_text(),
         samples_per_pixel: e.samples,
@@ -132,7 +177,7 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
         seed: context.seed,
         extra,
     };
-    let layers = layers(rendering, context.guide_layers.as_ref());
+    let layers = layers(rendering, context);
     exr::write(path, &Window::full(e.width as usize, e.height as usize), layers, &metadata)
 }
 

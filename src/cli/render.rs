@@ -1,18 +1,23 @@
 //! `phototaxis render`: from a scene file or a model to pictures and figures.
 
+use super::amounts;
 use super::choices::Choices;
-use super::output::Outputs;
-use super::progress::{Bar, say};
+use super::output::{Denoised, Outputs, beauty};
+use super::progress::{self, Bar, Show, Stage, say};
 use super::report::{Context, Report, total};
 use super::signals::Signals;
+use crate::denoise::{Denoiser, Features};
+use crate::embree::Device;
+use crate::film::{FilmSettings, MAX_SIDE};
 use crate::format;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
+use crate::image::{Exposure, Image, Tone, ViewTransform};
 use crate::inspect::Layers;
 use crate::render::guide_file::{self, GuideFingerprint};
 use crate::render::{GuideIo, Rendering, Settings, Stop, render_until};
 use crate::scene::Scene;
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -23,8 +28,8 @@ const WARNINGS: usize = 20;
 
 const EXAMPLES: &str = "Examples:
   phototaxis render model.obj
-  phototaxis render scene.toml --time 60 -o out/scene.exr -o out/scene.png
-  phototaxis render scene.toml --guide none --set film.width=640 --json -
+  phototaxis render scene.toml --size 1920x1080 --time 1m30s -o out/scene.exr -o out/scene.png
+  phototaxis render scene.toml --guide none --scale 50% --json -
   phototaxis render scene.toml --spp 256 --guide-out scene.guide
   phototaxis render scene.toml --spp 64 --guide-in scene.guide --set 'camera.origin=[0, 1, 4]'";
 
@@ -37,12 +42,21 @@ pub struct RenderArguments {
     /// scene, in the current folder]
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
-    /// Samples per pixel, over all iterations. [default: the scene file's, else 64]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Replaces the pictures of another scene that has the same name; without --output only.
+    #[arg(long, conflicts_with = "output")]
+    force: bool,
+    /// Size of the picture in pixels, for example 1920x1080. [default: the scene file's, else 1280x720]
+    #[arg(long, value_name = "WxH", value_parser = amounts::size)]
+    size: Option<(u32, u32)>,
+    /// Scales the picture's size, for example 50%.
+    #[arg(long, value_name = "PERCENT", value_parser = amounts::scale)]
+    scale: Option<f64>,
+    /// Samples per pixel, over all iterations, for example 64 or 1k. [default: the scene file's, else 64]
+    #[arg(long, value_name = "N", value_parser = amounts::count_u32)]
     spp: Option<u32>,
-    /// Seconds to render for; all that happens after loading counts. Without --spp, time alone decides. All pixels get one
-    /// sample at least.
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    /// Seconds to render for, or such as 1m or 1h30m; all that happens after loading counts. Without --spp, time alone
+    /// decides. All pixels get one sample at least.
+    #[arg(long, value_name = "TIME", value_parser = amounts::seconds)]
     time: Option<f64>,
     /// Begins with what an earlier render of this scene learnt, whatever its camera.
     #[arg(long, value_name = "FILE")]
@@ -53,8 +67,23 @@ pub struct RenderArguments {
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
     #[arg(long)]
     guide_layers: bool,
+    /// Stops by which the PNG is brightened, or auto: by its log-average luminance, highlights kept. [default: the scene
+    /// file's, else 0; auto for a model]
+    #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
+    exposure: Option<Exposure>,
+    /// Tone curve of the PNG: srgb (clamped), agx or aces (filmic). [default: the scene file's, else srgb;
+    /// agx for a model]
+    #[arg(long, value_name = "CURVE")]
+    tone: Option<Tone>,
     #[command(flatten)]
     choices: Choices,
+    /// Removes the noise by Intel Open Image Denoise, which must be installed: the PNG shows the result, the EXR has it as
+    /// denoised.{R,G,B} beside the picture as it was rendered.
+    #[arg(long)]
+    denoise: bool,
+    /// How progress is shown on standard error.
+    #[arg(long, value_name = "FORM", value_enum, default_value_t)]
+    progress: Show,
     /// Writes the figures as JSON; "-" is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -64,27 +93,38 @@ pub struct RenderArguments {
 }
 
 pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
+    let show = if arguments.quiet { Show::None } else { arguments.progress };
+    progress::choose(show);
     let threads = arguments.choices.machine.start(arguments.quiet)?;
-    let (description, warnings) = format::load(&arguments.scene, &overrides(arguments))?;
-    let outputs =
-        Outputs::new(&arguments.output, arguments.json.as_ref(), arguments.guide_out.as_ref(), &arguments.scene)?;
-    check_guide_options(arguments, &description, &outputs)?;
+    let (mut description, warnings) = format::load(&arguments.scene, &overrides(arguments))?;
+    arguments.scale.map_or(Ok(()), |scale| rescale(&mut description.scene.film, scale))?;
+    let outputs = outputs(arguments)?;
+    check_options(arguments, &description, &outputs)?;
+    // Whoever lacks the library learns it now and not when hours are gone.
+    let denoiser = arguments.denoise.then(|| Denoiser::new(rayon::current_num_threads())).transpose()?;
+    let bar = Bar::of(show, Stage::Loading);
     let load = Instant::now();
-    let (scene, more_warnings) = description.load_scene(threads)?;
+    let (scene, more_warnings) =
+        description.load_scene_watched(Device::new(threads)?, &|stage| bar.stage(stage.into()))?;
     let load_seconds = load.elapsed().as_secs_f64();
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
+        outputs.note().iter().for_each(|note| say(note));
     }
     let keeping = GuideIo {
         from: trained(arguments.guide_in.as_deref(), &scene, &description)?,
         keep: arguments.guide_out.is_some(),
     };
     let signals = Signals::catch(arguments.quiet)?;
-    let rendering = watched(&scene, &description, keeping, arguments.quiet, signals.stop());
+    let rendering = watched_by(&bar, &scene, &description, keeping, signals.stop());
     let (interrupted, code) = (signals.came(), signals.exit_code());
     if !arguments.quiet {
         warn_of_non_finite(&rendering);
     }
+    let denoised = denoiser.map(|denoiser| denoised(&denoiser, &rendering, &bar)).transpose();
+    // A picture with its noise is better than none.
+    let (denoised, failure) = denoised.map_or_else(|error| (None, Some(error)), |denoised| (denoised, None));
+    let film = &description.scene.film;
     let context = Context {
         scene: &scene,
         name: arguments.scene.display().to_string(),
@@ -92,15 +132,21 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         interrupted,
         load_seconds: load_seconds - scene.build_seconds(),
         build_seconds: scene.build_seconds(),
+        view: view(film, &rendering, denoised.as_ref()),
+        exposure_auto: film.exposure == Exposure::Auto,
         subject: subject(&scene, &description),
         guide_layers: rendering.guide.as_ref().filter(|_| arguments.guide_layers).map(|g| Layers::new(&scene, g)),
+        denoised,
     };
+    bar.stage(Stage::Writing);
     let report = Report::new(&context, &rendering);
-    outputs.write(&context, &description, &rendering, &report)?;
+    outputs.write(&context, &rendering, &report)?;
+    bar.finish();
     if !arguments.quiet {
         say(&report.summary());
         outputs.paths().for_each(|path| say(&format!("wrote {}", path.display())));
     }
+    failure.map_or(Ok(()), Err)?;
     if let Some(found) = report.non_finite() {
         say(&format!("error: {found}"));
         return Ok(ExitCode::from(super::NOT_FINITE));
@@ -108,16 +154,51 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     Ok(code)
 }
 
+fn outputs(arguments: &RenderArguments) -> Result<Outputs> {
+    let (json, guide) = (arguments.json.as_ref(), arguments.guide_out.as_ref());
+    Outputs::new(&arguments.output, json, guide, &arguments.scene, arguments.force)
+}
+
+/// How the picture is shown: the denoised one, where there is one.
+pub(super) fn view(film: &FilmSettings, rendering: &Rendering, denoised: Option<&Denoised>) -> ViewTransform {
+    let shown = |image: &Image| ViewTransform::of(film.exposure, film.tone, image);
+    denoised.map_or_else(|| shown(&beauty(&rendering.estimate)), |denoised| shown(&denoised.image))
+}
+
+/// The picture without its noise.
+fn denoised(denoiser: &Denoiser, rendering: &Rendering, bar: &Bar) -> Result<Denoised> {
+    bar.stage(Stage::Denoising);
+    let (start, e) = (Instant::now(), &rendering.estimate);
+    let (albedo, normal): (Vec<_>, Vec<_>) = e.features.iter().map(|f| (f.albedo, f.normal)).unzip();
+    let image = denoiser.denoise(&beauty(e), &Features { albedo: &albedo, normal: &normal })?;
+    Ok(Denoised { image, seconds: start.elapsed().as_secs_f64(), by: denoiser.version().to_string() })
+}
+
 /// The flags that stand for keys of the scene file, then `--set`, which has the last word.
 fn overrides(arguments: &RenderArguments) -> Vec<String> {
     let open_ended = arguments.time.is_some() && arguments.spp.is_none();
     let spp = arguments.spp.map(|n| n.to_string()).or(open_ended.then(|| i32::MAX.to_string()));
     let budget = [spp.map(|n| format!("render.spp={n}")), arguments.time.map(|t| format!("render.time={t:?}"))];
-    arguments.choices.overrides(budget.into_iter().flatten())
+    let size = arguments.size.map(|(width, height)| [format!("film.width={width}"), format!("film.height={height}")]);
+    let view = [
+        arguments.exposure.map(|exposure| format!("film.exposure={exposure}")),
+        arguments.tone.map(|tone| format!("film.tone={}", tone.name())),
+    ];
+    arguments.choices.overrides(budget.into_iter().chain(view).flatten().chain(size.into_iter().flatten()))
+}
+
+/// The film in another size, of the same shape as far as whole pixels allow.
+fn rescale(film: &mut FilmSettings, scale: f64) -> Result<()> {
+    for side in [&mut film.width, &mut film.height] {
+        let scaled = amounts::scaled(u64::from(*side), scale);
+        ensure!(scaled <= MAX_SIDE.into(), "--scale makes a side of {scaled} pixels, and {MAX_SIDE} are the most");
+        *side = scaled as u32;
+    }
+    Ok(())
 }
 
 /// Refuses options that could do nothing.
-fn check_guide_options(arguments: &RenderArguments, scene: &SceneFile, outputs: &Outputs) -> Result<()> {
+fn check_options(arguments: &RenderArguments, scene: &SceneFile, outputs: &Outputs) -> Result<()> {
     let RenderArguments { guide_in, guide_out, guide_layers, .. } = arguments;
     let given =
         [("--guide-in", guide_in.is_some()), ("--guide-out", guide_out.is_some()), ("--guide-layers", *guide_layers)];
@@ -126,8 +207,9 @@ fn check_guide_options(arguments: &RenderArguments, scene: &SceneFile, outputs: 
     {
         bail!("{option} needs a guide, and guiding.method is none");
     }
-    if *guide_layers && !outputs.any_exr() {
-        bail!("--guide-layers needs a picture in EXR");
+    ensure!(!guide_layers || outputs.any("exr"), "--guide-layers needs a picture in EXR");
+    for (option, given) in [("--exposure", arguments.exposure.is_some()), ("--tone", arguments.tone.is_some())] {
+        ensure!(!given || outputs.any("png"), "{option} needs a picture in PNG: an EXR stays linear and unexposed");
     }
     Ok(())
 }
@@ -149,18 +231,21 @@ pub(super) fn trained(
 
 /// Renders with a progress bar, until done or asked to stop.
 pub(super) fn watched(scene: &Scene, description: &SceneFile, keeping: GuideIo, quiet: bool, stop: &Stop) -> Rendering {
+    watched_by(&Bar::new(quiet), scene, description, keeping, stop)
+}
+
+/// The same with a bar of the caller's.
+fn watched_by(bar: &Bar, scene: &Scene, description: &SceneFile, keeping: GuideIo, stop: &Stop) -> Rendering {
     let settings = Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),
         render: description.render.clone(),
     };
-    let bar = Bar::new(quiet);
-    let rendering = render_until(scene, &settings, keeping, stop, &mut |progress| {
+    bar.stage(Stage::Rendering);
+    render_until(scene, &settings, keeping, stop, &mut |progress| {
         bar.update(progress);
         true
-    });
-    bar.finish();
-    rendering
+    })
 }
 
 pub(super) fn warn(warnings: &[String]) {
@@ -177,12 +262,5 @@ fn warn_of_non_finite(rendering: &Rendering) {
         say(&format!(
             "warning: {n} samples were not finite and count as black; the first is pixel ({x}, {y}), sample {sample}"
         ));
-    }
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("expected a positive number of seconds".into()),
     }
 }

@@ -1,13 +1,13 @@
 //! The figures of a render, for people and for programs.
 
-use super::output::layers;
+use super::output::{Denoised, layers};
 use crate::guiding::settings::GuidingMethod;
-use crate::image::{Layer, NonFinite};
+use crate::image::{Layer, NonFinite, Tone, ViewTransform};
 use crate::inspect::Layers;
 use crate::integrator::Counters;
 use crate::platform::Platform;
 use crate::render::guide_file::GuideFingerprint;
-use crate::render::{IterationReport, Reason, Rendering, Trial, Verdict};
+use crate::render::{IterationReport, Rendering, Trial, Verdict};
 use crate::scene::Scene;
 use serde::Serialize;
 
@@ -58,6 +58,13 @@ pub struct Report {
     /// Pixels of the picture and its layers, and the first of them.
     non_finite_pixels: usize,
     first_non_finite_pixel: Option<NonFinite>,
+    /// Stops by which the PNG is brightened, whether they were found by what the picture shows, and its tone curve.
+    exposure_stops: f32,
+    exposure_auto: bool,
+    tone: &'static str,
+    /// By whom the picture was denoised, and how long that took, where that was asked for.
+    denoiser: Option<String>,
+    denoise_seconds: Option<f64>,
     guide: GuideReport,
     iterations: Vec<Iteration>,
 }
@@ -98,8 +105,12 @@ pub struct Context<'a> {
     pub load_seconds: f64,
     pub build_seconds: f64,
     pub subject: GuideFingerprint,
+    /// How the picture is shown, and whether its exposure was found by what it shows.
+    pub view: ViewTransform,
+    pub exposure_auto: bool,
     /// Where they are asked for.
     pub guide_layers: Option<Layers>,
+    pub denoised: Option<Denoised>,
 }
 
 impl Report {
@@ -107,7 +118,7 @@ impl Report {
         let total = total(&rendering.iterations);
         let seconds = rendering.wall_seconds;
         let guide = rendering.guide.as_ref();
-        let layers = layers(rendering, context.guide_layers.as_ref());
+        let layers = layers(rendering, context);
         let non_finite = Layer::non_finite(&layers, rendering.estimate.width as usize);
         let (least, most, blank) = rendering.estimate.spread();
         let all_rays = (total.rays + total.shadow_rays) as f64;
@@ -145,6 +156,11 @@ impl Report {
             non_finite_samples: total.non_finite,
             non_finite_pixels: non_finite.as_ref().map_or(0, |found| found.pixels),
             first_non_finite_pixel: non_finite,
+            exposure_stops: context.view.stops,
+            exposure_auto: context.exposure_auto,
+            tone: context.view.tone.name(),
+            denoiser: context.denoised.as_ref().map(|denoised| denoised.by.clone()),
+            denoise_seconds: context.denoised.as_ref().map(|denoised| denoised.seconds),
             guide: GuideReport {
                 method: guide.map_or(GuidingMethod::None, |g| g.method()).name(),
                 states: guide.map_or(0, |g| g.states()),
@@ -164,35 +180,46 @@ impl Report {
 
     /// The few lines that a person wants at the end.
     pub fn summary(&self) -> String {
-        let mut text = format!(
-            "{} spp in {:.1} s: {:.2} Msamples/s, {:.1} Mrays/s, {:.0} % of the time in Embree, mean path {:.1} segments",
-            self.spp,
-            self.render_wall_seconds,
-            self.msamples_per_second,
-            self.mrays_per_second,
-            100.0 * self.embree_share,
-            self.mean_path_length,
-        );
+        let mut lines = vec![format!(
+            "{} samples per pixel in {:.1} s ({:.2} Msamples/s)",
+            self.spp, self.render_wall_seconds, self.msamples_per_second
+        )];
         if self.spp_kept_least < self.spp_kept_most {
             let (least, most) = (self.spp_kept_least, self.spp_kept_most);
-            text += &format!("\nthe last pass was cut: pixels have {least} to {most} samples, see the layer samples.Y");
+            lines
+                .push(format!("the last pass was cut: pixels have {least} to {most} samples, see the layer samples.Y"));
         }
         if self.blank_pixels > 0 {
             let all = self.width as usize * self.height as usize;
-            text += &format!("\n{} of {all} pixels have no samples, and are black", self.blank_pixels);
+            lines.push(format!("{} of {all} pixels have no samples, and are black", self.blank_pixels));
         }
-        if self.guide.method != "none" {
-            text += &format!(
-                "\nguide: {} states, {:.1} MiB, drew {:.0} % of the directions, {:.1} s of learning",
-                self.guide.states,
-                self.guide.bytes as f64 / (1 << 20) as f64,
-                100.0 * self.guide.drawn_share,
-                self.learn_wall_seconds,
-            );
+        lines.extend(self.guide_in_words());
+        if let (Some(by), Some(seconds)) = (&self.denoiser, self.denoise_seconds) {
+            lines.push(format!("denoised in {seconds:.1} s by {by}"));
         }
-        text += &self.guide.verdict.map_or(String::new(), |verdict| format!("\n{}", reason(&verdict)));
-        text += &self.platform.advice().map_or(String::new(), |advice| format!("\n{advice}"));
-        text
+        let chosen = if self.exposure_auto { ", chosen by what the picture shows" } else { "" };
+        if self.exposure_auto || self.exposure_stops != 0.0 || self.tone != Tone::default().name() {
+            let (stops, tone) = (self.exposure_stops, self.tone);
+            lines.push(format!("the PNG is shown at {stops:+} stops{chosen}, tone curve {tone}"));
+        }
+        lines.extend(self.platform.advice());
+        lines.join("\n")
+    }
+
+    /// What a guide did, where one was in use at the end.
+    fn guide_in_words(&self) -> Vec<String> {
+        let GuideReport { method, states, bytes, drawn_share, verdict, .. } = &self.guide;
+        if *method == GuidingMethod::None.name() || *states == 0 || verdict.is_some_and(|v| !v.guided) {
+            return Vec::new();
+        }
+        let mut lines = vec![format!(
+            "the guide learnt for {:.1} s in {states} places ({:.1} MiB), and chose {:.0} % of the directions",
+            self.learn_wall_seconds,
+            *bytes as f64 / (1 << 20) as f64,
+            100.0 * drawn_share,
+        )];
+        lines.extend(verdict.as_ref().map(reason));
+        lines
     }
 }
 
@@ -213,26 +240,13 @@ impl Iteration {
     }
 }
 
-/// Why the guide is in use, or not.
+/// Why the guide is in use.
 fn reason(verdict: &Verdict) -> String {
-    let share = format!("bounced light makes {:.0} % of the noise", 100.0 * verdict.bounced / verdict.variance);
-    let budget = format!("{:.0} samples per pixel", verdict.budget);
-    match (verdict.reason, verdict.trial) {
-        (Reason::Calm, _) => {
-            let variance = format!("with a relative variance of {:.2} a sample", verdict.bounced);
-            format!("{share}, {variance}, too little for a guide: this scene was rendered without one")
-        }
-        (Reason::Short, _) => format!("{budget} are too few to learn from: this scene was rendered without a guide"),
-        (_, None) => format!("{share}: the guide is in use, and was not judged yet"),
-        (Reason::Promising, Some(trial)) => {
-            format!("{}: the guide is worth {:.1} times the samples", tried(&trial), trial.gain())
-        }
-        (Reason::Losing, Some(trial)) => {
-            let lost = 100.0 * verdict.lost / verdict.budget;
-            format!(
-                "{}: this scene was rendered on without a guide, whose trial cost {lost:.0} % of the budget",
-                tried(&trial)
-            )
+    match verdict.trial {
+        Some(trial) => format!("{}: the guide is worth {:.1} times the samples", tried(&trial), trial.gain()),
+        None => {
+            let share = 100.0 * verdict.bounced / verdict.variance;
+            format!("bounced light makes {share:.0} % of the noise: the guide is in use, and was not judged yet")
         }
     }
 }

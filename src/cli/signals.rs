@@ -3,7 +3,7 @@
 //! The first ends what is being rendered, and what there is gets written; a second does so at once; a third ends the program.
 //! SIGINT, SIGTERM and SIGHUP are alike, since whoever closes a terminal or shuts a machine down wants their picture too.
 
-use super::progress::say;
+use super::progress::{self, FINISHING_TEXT, say};
 use crate::render::Stop;
 use anyhow::{Context as _, Result};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -76,8 +76,9 @@ impl State {
             let Some(signal) = incoming.wait().next() else { continue };
             if self.first.set(signal).is_ok() {
                 self.stop.ask();
-                let again = "once more: at once, a third time: without writing";
-                tell(format!("{}: stopping now, what there is will be written ({again})", name(signal)));
+                progress::finishing();
+                let then = "then the picture is written (once more: at once, a third time: without writing)";
+                tell(format!("{}: stopping now, {FINISHING_TEXT} for a second at most, {then}", name(signal)));
             } else {
                 self.stop.insist();
                 tell(format!("{}: writing what there is", name(signal)));

@@ -17,4 +17,5 @@ pub(crate) use reader::{Bounds, COORDINATE, FINITE, NOT_NEGATIVE, POSITIVE, Read
 #[cfg(feature = "lab")]
 pub(crate) use source::line_and_column;
 pub(crate) use source::{Source, read_text};
+pub(crate) use suggest::{list, nearest};
 pub(crate) use tree::{At, Entries, Entry, Fault, Node, Value, from_toml};

@@ -5,7 +5,7 @@
 //! the struct layouts are always those of the library that is linked.
 #![allow(
     unsafe_code,
-    reason = "the foreign function interface to Embree; vector intrinsics in `simd` are the crate's only other unsafe code"
+    reason = "the foreign function interface to Embree; vector intrinsics in `simd` and the interface in `denoise` are the crate's only other unsafe code"
 )]
 
 mod batch;

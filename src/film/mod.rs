@@ -9,4 +9,4 @@ mod surplus;
 pub mod tile;
 
 pub(crate) use settings::SIDE;
-pub use settings::{Combine, FilmSettings, Filter};
+pub use settings::{Combine, FilmSettings, Filter, MAX_SIDE};

@@ -1,11 +1,13 @@
 //! How the film is asked for.
 
-use crate::document::{Bounds, Fault, Reader, key};
+use crate::document::{Bounds, Fault, Reader, Value, key};
+use crate::image::{Exposure, MOST_STOPS, Tone};
 use std::ops::RangeInclusive;
 
-/// Pixels along a side.
-pub(crate) const SIDE: RangeInclusive<u64> = 1..=65536;
-const STOPS: Bounds = Bounds::new(|x| x.abs() <= 64.0, "between -64 and 64");
+/// Pixels along a side of a picture, at most.
+pub const MAX_SIDE: u32 = 65536;
+pub(crate) const SIDE: RangeInclusive<u64> = 1..=MAX_SIDE as u64;
+const STOPS: Bounds = Bounds::new(|x| x.abs() <= MOST_STOPS as f64, "between -64 and 64");
 
 /// The size of the picture, and how samples become pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,13 +15,21 @@ pub struct FilmSettings {
     pub width: u32,
     pub height: u32,
     pub filter: Filter,
-    /// Of the PNG only: stops by which the picture is brightened.
-    pub exposure: f32,
+    /// Of the PNG only: how much the picture is brightened.
+    pub exposure: Exposure,
+    /// Of the PNG only: how light becomes a colour of the screen.
+    pub tone: Tone,
 }
 
 impl Default for FilmSettings {
     fn default() -> FilmSettings {
-        FilmSettings { width: 1280, height: 720, filter: Filter::Box, exposure: 0.0 }
+        FilmSettings {
+            width: 1280,
+            height: 720,
+            filter: Filter::Box,
+            exposure: Exposure::default(),
+            tone: Tone::default(),
+        }
     }
 }
 
@@ -35,9 +45,23 @@ impl FilmSettings {
         t.integer(key("height", "of the picture").unit("pixels"), SIDE, &mut self.height)?;
         let filter = "reconstruction: box one pixel wide; tent of radius 1; Gaussian of standard deviation 0.5, cut off at 1.5 pixels";
         t.choice(key("filter", filter), &filters, &mut self.filter)?;
-        let exposure = key("exposure", "brightens the PNG; the EXR stays as it is");
-        t.number(exposure.unit("stops"), STOPS, &mut self.exposure)
+        exposure(t, &mut self.exposure)?;
+        let tone = "how light becomes a colour of the PNG, see [pictures.md](pictures.md)";
+        t.choice(key("tone", tone), &Tone::NAMES, &mut self.tone)
     }
+}
+
+/// Stops, or "auto".
+fn exposure(t: &mut Reader, slot: &mut Exposure) -> Result<(), Fault> {
+    let meaning = "brightens the PNG; the EXR stays as it is. `\"auto\"` goes by what the picture shows; of a bare model it is the default";
+    let key = key("exposure", meaning).unit("stops");
+    let Some(node) = t.ask(key, "number or `\"auto\"`", slot.to_string(), STOPS.range())? else { return Ok(()) };
+    *slot = match &node.value {
+        Value::String(text) if text == "auto" => Exposure::Auto,
+        Value::String(_) => return Err(node.mismatch("exposure", "a number or \"auto\"")),
+        _ => Exposure::Stops(node.number("exposure", STOPS)?),
+    };
+    Ok(())
 }
 
 /// Pixel reconstruction filters. They are importance sampled, so that a sample belongs to one pixel.

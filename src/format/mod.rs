@@ -18,8 +18,8 @@ use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, U
 use crate::integrator::{IntegratorSettings, Roulette};
 use crate::io::memory;
 use crate::render::{Order, RenderSettings};
-use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
+use crate::scene::{LoadStage, Scene};
 use crate::{Error, Result};
 use std::path::Path;
 use std::sync::Arc;
@@ -48,8 +48,16 @@ impl SceneFile {
     /// # Errors
     /// As [`Self::load_scene`].
     pub fn load_scene_on(&self, device: Arc<Device>) -> Result<(Scene, Vec<String>)> {
+        self.load_scene_watched(device, &|_| ())
+    }
+
+    /// The same; `watch` is told what begins.
+    ///
+    /// # Errors
+    /// As [`Self::load_scene`].
+    pub fn load_scene_watched(&self, device: Arc<Device>, watch: &dyn Fn(LoadStage)) -> Result<(Scene, Vec<String>)> {
         self.check_memory()?;
-        let loaded = Scene::load_on(device, &self.scene, self.render.robust)?;
+        let loaded = Scene::load_watched(device, &self.scene, self.render.robust, watch)?;
         // what the scene took is no longer there
         self.check_memory()?;
         Ok(loaded)

@@ -1,14 +1,18 @@
-//! A model alone: its own materials, an automatic camera, and the defaults of a scene file.
+//! A model alone: its own materials, an automatic camera, and the defaults of a scene file, but for exposure and tone.
 
 use super::SceneFile;
 use crate::Result;
+use crate::film::FilmSettings;
+use crate::image::{Exposure, Tone};
 use crate::scene::description::{MeshDescription, SceneDescription};
 use crate::scene::model::MeshSource;
 use glam::Affine3A;
 use std::path::Path;
 
 pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
-    let scene = SceneDescription { meshes: vec![whole_file(path)], ..Default::default() };
+    // Nobody has said how bright its lights are, or looked at a window beside what it lights.
+    let film = FilmSettings { exposure: Exposure::Auto, tone: Tone::Agx, ..Default::default() };
+    let scene = SceneDescription { film, meshes: vec![whole_file(path)], ..Default::default() };
     Ok((SceneFile { scene, ..Default::default() }, Vec::new()))
 }
 

@@ -81,6 +81,15 @@ impl KeyInfo {
     }
 }
 
+/// The keys of settings that `--set` can change, such as `film.width`; those of materials are left out.
+pub(crate) fn setting_keys() -> Vec<String> {
+    let settings = ["camera", "film", "integrator", "guiding", "render"];
+    let name = |section: &Section| section.heading.trim_matches(['[', ']']).to_string();
+    let all = sections().into_iter().map(|section| (name(&section), section.keys));
+    let of_settings = all.filter(|(name, _)| settings.contains(&name.as_str()));
+    of_settings.flat_map(|(name, keys)| keys.into_iter().map(move |info| format!("{name}.{}", info.key.name))).collect()
+}
+
 /// The help of an option that stands for the key `section.key` ("render.spp").
 ///
 /// # Panics

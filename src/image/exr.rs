@@ -5,7 +5,12 @@ mod read;
 mod tests;
 
 pub(crate) use read::read_limited;
-pub use read::{ExrFile, read_layers, read_rgb};
+pub use read::{ExrFile, read_attributes, read_layers, read_measured, read_rgb};
+
+/// Name of the layer that a denoiser made of the picture.
+pub const DENOISED: &str = "denoised";
+/// Attribute of a file whose main channels are a copy of a layer: that layer's name.
+pub const LAYER: &str = "layer";
 
 use super::Layer;
 use crate::io::atomic::write_atomically;
@@ -75,15 +80,36 @@ pub fn write(path: &Path, window: &Window, layers: Vec<Layer>, metadata: &Metada
     write_atomically(path, |file| file.write_all(&bytes))
 }
 
+/// Writes `layers` of a picture that another program may have made, with all that is known of it and nothing else.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_with(path: &Path, window: &Window, layers: Vec<Layer>, known: &BTreeMap<String, Attribute>) -> Result<()> {
+    let checked = known.keys().try_for_each(|name| check_name("attribute", name));
+    let bytes = checked.and_then(|()| encode_with(window, layers, in_file(known)));
+    let bytes = bytes.map_err(|message| Error::file(path, message))?;
+    write_atomically(path, |file| file.write_all(&bytes))
+}
+
 /// The bytes of the file, or what cannot be stored.
 fn encode(window: &Window, layers: Vec<Layer>, metadata: &Metadata) -> std::result::Result<Vec<u8>, String> {
+    encode_with(window, layers, attributes(metadata)?)
+}
+
+type Attributes = std::collections::HashMap<Text, AttributeValue>;
+
+fn in_file(attributes: &BTreeMap<String, Attribute>) -> Attributes {
+    attributes.iter().map(|(name, value)| (name.as_str().into(), value.clone().into())).collect()
+}
+
+fn encode_with(window: &Window, layers: Vec<Layer>, other: Attributes) -> std::result::Result<Vec<u8>, String> {
     let picture = file::Image {
         attributes: ImageAttributes::new(IntegerBounds::from_dimensions((window.width, window.height))),
         layer_data: file::Layer {
             channel_data: channels(window, layers)?,
             attributes: LayerAttributes {
                 layer_position: Vec2(window.left, window.top),
-                other: attributes(metadata)?,
+                other,
                 ..LayerAttributes::default()
             },
             size: Vec2(window.stored_width, window.stored_height),
@@ -125,7 +151,7 @@ fn channels(window: &Window, layers: Vec<Layer>) -> std::result::Result<FlatChan
     Ok(file::AnyChannels::sort(list.into_iter().collect()))
 }
 
-fn attributes(metadata: &Metadata) -> std::result::Result<std::collections::HashMap<Text, AttributeValue>, String> {
+fn attributes(metadata: &Metadata) -> std::result::Result<Attributes, String> {
     let samples = i32::try_from(metadata.samples_per_pixel)
         .map_err(|_| "the number of samples per pixel is too large for this format".to_owned())?;
     let own = [

@@ -94,6 +94,18 @@ impl Layer {
         Layer { name: name.to_owned(), channels: (0..3).map(channel).collect() }
     }
 
+    /// Three channels as vectors, one for each pixel; `None` where one of them is missing.
+    pub fn vectors(&self, suffixes: [&str; 3]) -> Option<Vec<Vec3>> {
+        let channel = |suffix: &str| self.channels.iter().find(|(own, _)| own == suffix).map(|(_, values)| values);
+        let (x, y, z) = (channel(suffixes[0])?, channel(suffixes[1])?, channel(suffixes[2])?);
+        Some(x.iter().zip(y).zip(z).map(|((&x, &y), &z)| Vec3::new(x, y, z)).collect())
+    }
+
+    /// The colours of a layer that has `R`, `G` and `B`.
+    pub fn colors(&self) -> Option<Vec<Rgb>> {
+        self.vectors(["R", "G", "B"])
+    }
+
     /// The full name of the channel with this suffix: `name.suffix`, or the one that is not empty.
     pub fn channel_name(&self, suffix: &str) -> String {
         match (self.name.as_str(), suffix) {

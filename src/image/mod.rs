@@ -5,9 +5,15 @@ pub mod flip;
 mod layers;
 pub mod metrics;
 pub mod png;
+mod resample;
 pub mod srgb;
+mod tone;
+mod view;
 
 pub use layers::{Image, Layer, NonFinite};
+pub use resample::Rectangle;
+pub use tone::Tone;
+pub use view::{Exposure, MOST_STOPS, ViewTransform, automatic_stops};
 
 #[cfg(test)]
 pub(crate) mod tests {

@@ -1,52 +1,77 @@
 //! 8-bit PNG for looking at.
 
-use super::Image;
-use super::srgb;
+use super::{Image, ViewTransform};
 use crate::io::atomic::write_atomically;
 use crate::{Error, Result};
-use ::image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use ::image::{ExtendedColorType, ImageEncoder};
-use std::io;
+use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, SrgbRenderingIntent};
+use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes linear radiance as sRGB with 8 bits, brightened by `exposure` stops (times 2^`exposure`), without tone mapping:
-/// what exceeds [0, 1] is clamped, NaN becomes black. An existing file is replaced as a whole or not at all.
-pub fn write(path: &Path, image: &Image, exposure: f32) -> Result<()> {
+/// Writes linear radiance as sRGB with 8 bits, as `view` shows it. Chunks of text name the program, exposure (stops) and tone,
+/// and what `texts` adds (a keyword of 1 to 79 Latin-1 characters, and what it says). An existing file is replaced as a whole
+/// or not at all.
+///
+/// # Errors
+/// An empty picture, and all failures to write.
+pub fn write(path: &Path, image: &Image, view: &ViewTransform, texts: &[(&str, &str)]) -> Result<()> {
     let size = |n: usize| u32::try_from(n).ok().filter(|&n| n > 0);
     let (Some(width), Some(height)) = (size(image.width), size(image.height)) else {
         let message = format!("a PNG cannot have {} × {} pixels", image.width, image.height);
         return Err(Error::file(path, message));
     };
-    let bytes = quantise(image, exposure);
-    write_atomically(path, |file| {
-        // The encoder's fast default stores noise as it is.
-        let encoder = PngEncoder::new_with_quality(file, CompressionType::Default, FilterType::Adaptive);
-        encoder.write_image(&bytes, width, height, ExtendedColorType::Rgb8).map_err(into_io)
-    })
+    let bytes = view.bytes(image);
+    let (stops, program) = (view.stops.to_string(), format!("phototaxis {}", env!("CARGO_PKG_VERSION")));
+    let own = [("Software", &*program), ("Exposure", &stops), ("Tone", view.tone.name())];
+    let texts: Vec<(&str, &str)> = own.into_iter().chain(texts.iter().copied()).collect();
+    write_atomically(path, |file| encode(file, (width, height), &bytes, &texts).map_err(into_io))
 }
 
-fn quantise(image: &Image, exposure: f32) -> Vec<u8> {
-    let gain = exposure.exp2();
-    let byte = |linear: f32| (srgb::encode(linear * gain) * 255.0).round() as u8;
-    image.data.iter().flat_map(|&pixel| pixel.to_array().map(byte)).collect()
+fn encode(
+    file: &mut dyn Write,
+    (width, height): (u32, u32),
+    bytes: &[u8],
+    texts: &[(&str, &str)],
+) -> std::result::Result<(), EncodingError> {
+    let mut encoder = Encoder::new(file, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    // Faster settings store noise as it is.
+    encoder.set_compression(Compression::Balanced);
+    encoder.set_filter(Filter::Adaptive);
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    for (keyword, text) in texts {
+        encoder.add_itxt_chunk((*keyword).to_owned(), (*text).to_owned())?;
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()
 }
 
-fn into_io(error: ::image::ImageError) -> io::Error {
+fn into_io(error: EncodingError) -> io::Error {
     match error {
-        ::image::ImageError::IoError(error) => error,
+        EncodingError::IoError(error) => error,
         error => io::Error::other(error),
     }
+}
+
+/// What a chunk of text of a PNG says; `None` where there is no such chunk, or no readable PNG.
+pub fn text(path: &Path, keyword: &str) -> Option<String> {
+    let file = io::BufReader::new(std::fs::File::open(path).ok()?);
+    let reader = ::png::Decoder::new(file).read_info().ok()?;
+    let chunk = reader.info().utf8_text.iter().find(|chunk| chunk.keyword == keyword)?;
+    chunk.get_text().ok()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::Tone;
     use crate::math::Rgb;
 
     fn written(image: &Image, exposure: f32) -> ::image::RgbImage {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("picture.png");
-        write(&path, image, exposure).unwrap();
+        write(&path, image, &ViewTransform::exposed(exposure), &[]).unwrap();
         ::image::open(&path).unwrap().into_rgb8()
     }
 
@@ -74,7 +99,21 @@ mod tests {
 
     #[test]
     fn an_empty_picture_is_refused() {
-        let error = write(Path::new("empty.png"), &Image::new(0, 4), 0.0).unwrap_err();
+        let error = write(Path::new("empty.png"), &Image::new(0, 4), &ViewTransform::default(), &[]).unwrap_err();
         assert!(error.to_string().contains("empty.png: a PNG cannot have 0 × 4"), "{error}");
+    }
+
+    #[test]
+    fn the_view_and_the_scene_are_written_beside_the_pixels() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.png");
+        let image = Image { width: 1, height: 1, data: vec![Rgb::splat(2.0)] };
+        let view = ViewTransform { stops: -1.25, tone: Tone::Agx };
+        write(&path, &image, &view, &[("Scene", "Küche.toml")]).unwrap();
+        let says = |keyword| text(&path, keyword);
+        assert_eq!((says("Exposure").as_deref(), says("Tone").as_deref()), (Some("-1.25"), Some("agx")));
+        assert_eq!((says("Scene").as_deref(), says("Other")), (Some("Küche.toml"), None));
+        assert_eq!(::image::open(&path).unwrap().into_rgb8().into_raw(), view.bytes(&image));
+        assert_eq!(text(&folder.path().join("none.png"), "Tone"), None);
     }
 }

@@ -104,7 +104,7 @@ fn number<'a>(names: &mut Vec<&'a str>, name: &'a str) -> u64 {
 /// Over all that decides what the picture shows: the hash of the content, camera and film. Settings that only decide how
 /// fast the picture is found are left out.
 pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, content: u64) -> u64 {
-    let FilmSettings { width, height, filter, exposure: _ } = film;
+    let FilmSettings { width, height, filter, exposure: _, tone: _ } = film;
     let mut canon = Canon::new(VIEW);
     canon.u64(content);
     canon.flag(camera.is_some());

@@ -18,6 +18,17 @@ use crate::{Error, Result};
 use std::sync::Arc;
 use std::time::Instant;
 
+/// What loading is busy with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoadStage {
+    /// Reading models.
+    Models,
+    /// Reading textures and environments.
+    Textures,
+    /// Building the acceleration structure.
+    Building,
+}
+
 impl Scene {
     /// Loads all that the description names and builds the acceleration structure with `threads` threads (0: all);
     /// `robust` asks for watertight ray queries.
@@ -35,11 +46,26 @@ impl Scene {
     /// Missing and malformed files, with file and line; a scene without triangles; a film or a scene for which there is not
     /// the memory.
     pub fn load_on(device: Arc<Device>, description: &SceneDescription, robust: bool) -> Result<(Scene, Vec<String>)> {
+        Scene::load_watched(device, description, robust, &|_| ())
+    }
+
+    /// The same; `watch` is told what begins.
+    ///
+    /// # Errors
+    /// As [`Scene::load_on`].
+    pub fn load_watched(
+        device: Arc<Device>,
+        description: &SceneDescription,
+        robust: bool,
+        watch: &dyn Fn(LoadStage),
+    ) -> Result<(Scene, Vec<String>)> {
         check_memory(&description.film)?;
+        watch(LoadStage::Models);
         let LoadedAssets { meshes, hashes, materials, mut warnings, .. } = LoadedAssets::of(description)?;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
+        watch(LoadStage::Textures);
         let mut cache = TextureCache::default();
         let mut coats = CoatTables::default();
         let resolved =
@@ -50,6 +76,7 @@ impl Scene {
         warnings.append(&mut found.warnings);
         let content_hash = content_hash(description, &hashes, &materials, &mut cache, &found.pictures)?;
         let textures = Arc::new(cache.into_textures());
+        watch(LoadStage::Building);
         let start = Instant::now();
         let build = Build { device, robust, materials: &resolved, textures: &textures };
         let (meshes, instances, geometry) = build.world(description, meshes)?;

@@ -15,6 +15,7 @@ pub mod obj;
 #[cfg(feature = "lab")]
 pub(crate) use assets::LoadedAssets;
 pub use camera::Camera;
+pub use load::LoadStage;
 
 use crate::bsdf::Bsdf;
 use crate::embree;

@@ -3,7 +3,10 @@
 //! A packet of rays has [`LANES`] rays, and what belongs to a packet is kept row by row, a `[T; LANES]` for each
 //! quantity. Loops over such rows become vector instructions of whatever width the processor has. What the compiler does
 //! not find by itself is written with intrinsics in `instructions`, beside a version for any processor.
-#![allow(unsafe_code, reason = "vector intrinsics; the crate's only other unsafe code is the interface to Embree")]
+#![allow(
+    unsafe_code,
+    reason = "vector intrinsics; the crate's only other unsafe code is the interfaces to Embree and to Open Image Denoise"
+)]
 
 mod instructions;
 mod lanes;

@@ -15,6 +15,7 @@ const LAYERS: &[&str] = &[
     "geometry",
     "embree",
     "image",
+    "denoise",
     "texture",
     "fields",
     "film",
@@ -110,6 +111,40 @@ fn the_guide_needs_nothing_but_numbers() {
         let foreign: Vec<_> = foreign.filter(|used| !GUIDING_USES.contains(&used.as_str())).collect();
         assert!(foreign.is_empty(), "{}: {foreign:?}", file.display());
     }
+}
+
+/// Folders in which the compiler's rules may be broken, each with its reasons beside.
+const UNSAFE: [&str; 3] = ["denoise", "embree", "simd"];
+
+#[test]
+fn unsafe_code_is_where_it_is_said_to_be() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let (mut found, mut folders) = (BTreeSet::new(), vec![root.clone()]);
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if std::fs::read_to_string(&path).is_ok_and(|text| allows_unsafe(&text)) {
+                let top = path.strip_prefix(&root).unwrap().iter().next().unwrap();
+                found.insert(top.to_string_lossy().into_owned());
+            }
+        }
+    }
+    assert_eq!(found, UNSAFE.map(String::from).into());
+}
+
+/// Whether an attribute of the text switches the lint off.
+fn allows_unsafe(text: &str) -> bool {
+    text.split("#![allow(")
+        .chain(text.split("#[allow("))
+        .skip(1)
+        .any(|rest| rest.trim_start().starts_with("unsafe_code"))
+}
+
+#[test]
+fn unsafe_code_elsewhere_would_be_seen() {
+    assert!(allows_unsafe("//! a\n#![allow(unsafe_code)]") && allows_unsafe("#[allow(\n    unsafe_code\n)]"));
+    assert!(!allows_unsafe("#![allow(dead_code)] // unsafe_code"));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::guiding::Guide;
 use crate::image::exr::{self, Metadata, Window};
-use crate::image::{Image, Layer, png};
+use crate::image::{Image, Layer, ViewTransform, png};
 use crate::inspect::picture::{Chart, side_by_side};
 use crate::inspect::{Layers, PixelVertex, Radiance};
 use crate::platform::Platform;
@@ -59,7 +59,7 @@ impl Pictures<'_> {
             extra: Platform::of(self.scene.geometry().device()).attributes(),
             ..Metadata::default()
         };
-        png::write(&path.with_extension("png"), image, 0.0)?;
+        png::write(&path.with_extension("png"), image, &ViewTransform::default(), &[])?;
         Ok(exr::write(&path.with_extension("exr"), &Window::full(width, height), layers, &metadata)?)
     }
 }

@@ -12,7 +12,7 @@ pub struct GenerateArguments {
     name: Option<String>,
     /// How many triangles a large scene (city, forest, terrain) is to have, about: 10 thousand to 30 million [default: 1
     /// million].
-    #[arg(long, value_name = "N", requires = "name")]
+    #[arg(long, value_name = "N", requires = "name", value_parser = crate::cli::amounts::count)]
     triangles: Option<u64>,
     /// Writes the scenes of the stability gallery and the comparison of them, all at once.
     #[arg(long, conflicts_with = "name")]

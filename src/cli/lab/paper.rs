@@ -4,15 +4,15 @@ mod table;
 
 use crate::cli::choices::Machine;
 use crate::cli::inspect::pictures::Pictures;
-use crate::cli::output::Outputs;
+use crate::cli::output::{Outputs, beauty};
 use crate::cli::progress::say;
 use crate::cli::render::{subject, watched};
 use crate::cli::report::{Context, Report};
 use crate::cli::signals::Signals;
 use crate::format;
 use crate::format::SceneFile;
-use crate::image::Image;
 use crate::image::exr::read_rgb;
+use crate::image::{Exposure, Image, ViewTransform};
 use crate::inspect::{Comparison, PixelVertex, Radiance};
 use crate::lab::compare::reference::Growing;
 use crate::lab::generate;
@@ -120,12 +120,12 @@ impl PaperRun<'_> {
         let (mut description, _) = format::load(&path, &overrides)?;
         preset.place(&mut description.scene);
         let named = |extension: &str| out.join(format!("{}.{extension}", preset.name));
-        let outputs = Outputs::new(&[named("png"), named("exr")], Some(&named("json")), None, &path)?;
+        let outputs = Outputs::new(&[named("png"), named("exr")], Some(&named("json")), None, &path, false)?;
         let keeping = GuideIo { from: None, keep: preset.shown.is_some() };
         let (scene, rendering) = self.render(preset.name, &description, keeping)?;
-        let context = self.context(&scene, &path, &description);
+        let context = self.context(&scene, &path, &description, &rendering);
         let report = Report::new(&context, &rendering);
-        outputs.write(&context, &description, &rendering, &report)?;
+        outputs.write(&context, &rendering, &report)?;
         if let Some(found) = report.non_finite() {
             bail!("{}: {found}", named("exr").display());
         }
@@ -218,7 +218,14 @@ impl PaperRun<'_> {
         Ok((scene, rendering))
     }
 
-    fn context<'s>(&self, scene: &'s Scene, path: &Path, description: &SceneFile) -> Context<'s> {
+    fn context<'s>(
+        &self,
+        scene: &'s Scene,
+        path: &Path,
+        description: &SceneFile,
+        rendering: &Rendering,
+    ) -> Context<'s> {
+        let film = &description.scene.film;
         Context {
             scene,
             name: path.display().to_string(),
@@ -226,8 +233,11 @@ impl PaperRun<'_> {
             interrupted: self.stopped(),
             load_seconds: 0.0,
             build_seconds: scene.build_seconds(),
+            view: ViewTransform::of(film.exposure, film.tone, &beauty(&rendering.estimate)),
+            exposure_auto: film.exposure == Exposure::Auto,
             subject: subject(scene, description),
             guide_layers: None,
+            denoised: None,
         }
     }
 }

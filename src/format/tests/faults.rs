@@ -22,6 +22,7 @@ fn unknown_keys_and_values_are_refused_with_a_suggestion() {
             "3:1: unknown key `resoluton` in [guiding]: did you mean `resolution`?",
         ),
         ("[render]\n  sed = 1", "2:3: unknown key `sed` in [render]: did you mean `seed`?"),
+        ("[film]\ntone = 'acse'", "2:8: unknown tone `acse` in [film]: did you mean `aces`?"),
         ("[film]\nfilter = 'gausian'", "2:10: unknown filter `gausian` in [film]: did you mean `gaussian`?"),
         (
             "[integrator]\nroulette = 'albedo'",
@@ -47,7 +48,7 @@ fn unknown_keys_and_values_are_refused_with_a_suggestion() {
         ),
         (
             "# é\n[film]\n\"é\" = 0 ",
-            "3:1: unknown key `é` in [film]: known are `width`, `height`, `filter` and `exposure`",
+            "3:1: unknown key `é` in [film]: known are `width`, `height`, `filter`, `exposure` and `tone`",
         ),
     ];
     assert_faults(&cases);
@@ -92,7 +93,7 @@ fn wrong_types_are_refused() {
         ("film = 3", "1:8: [film] must be a table, found an integer"),
         ("[film]\nwidth = 3.5", "2:9: `width` must be an integer, found a number with a fraction"),
         ("[film]\nwidth = 2020-01-01", "2:9: `width` must be an integer, found a date"),
-        ("[film]\nexposure = '1'", "2:12: `exposure` must be a number, found a string"),
+        ("[film]\nexposure = '1'", "2:12: `exposure` must be a number or \"auto\", found a string"),
         ("[film]\nfilter = 1", "2:10: `filter` must be a string, found an integer"),
         ("[integrator]\nmis = 1", "2:7: `mis` must be true or false, found an integer"),
         ("[camera]\norigin = 1", "2:10: `origin` must be an array of 3 numbers, found an integer"),

@@ -1,14 +1,14 @@
 //! Reading of OpenEXR files that any program wrote.
 
-use super::Attribute;
-use crate::image::Image;
+use super::{Attribute, DENOISED, LAYER};
+use crate::image::{self, Image};
 use crate::io::contain::{check_size, contain};
 use crate::io::memory::{self, text};
 use crate::math::Rgb;
 use crate::{Error, Result};
 use ::exr::compression::Compression;
 use ::exr::image::{AnyChannels, FlatImage, FlatSamples, Layer};
-use ::exr::meta::attribute::{IntegerBounds, Text};
+use ::exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use ::exr::meta::header::Header;
 use ::exr::prelude::{ReadChannels, ReadLayers};
 use std::collections::BTreeMap;
@@ -18,6 +18,9 @@ use std::path::Path;
 
 /// Decoded pictures above this are refused: a film of 4096 × 2160 pixels with a hundred channels is 3.3 GiB.
 const MAX_BYTES: u64 = 4 << 30;
+
+/// Channels of a picture itself, in their usual order.
+const MAIN: [&str; 4] = ["R", "G", "B", "A"];
 
 /// All channels of a file, as large as its display window. What lies outside of a data window is 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +34,33 @@ pub struct ExrFile {
 }
 
 impl ExrFile {
+    /// The channels by what they belong to: the name before the last full stop. Colours and vectors are in their usual order,
+    /// all else by name; the layer without a name comes first.
+    pub fn layers(self) -> Vec<image::Layer> {
+        let mut layers: BTreeMap<String, Vec<(String, Vec<f32>)>> = BTreeMap::new();
+        for (channel, values) in self.channels {
+            let (name, suffix) = match channel.rsplit_once('.') {
+                Some((name, suffix)) => (name, suffix),
+                None if MAIN.contains(&&*channel) => ("", &*channel),
+                // Such as the depth `Z`, which is a layer of its own.
+                None => (&*channel, ""),
+            };
+            layers.entry(name.into()).or_default().push((suffix.into(), values));
+        }
+        let order = |suffix: &str| MAIN.iter().position(|own| *own == suffix).unwrap_or(MAIN.len());
+        let sorted = |(name, mut channels): (String, Vec<(String, Vec<f32>)>)| {
+            channels.sort_by_key(|(suffix, _)| order(suffix));
+            image::Layer { name, channels }
+        };
+        layers.into_iter().map(sorted).collect()
+    }
+
+    /// Whether a denoiser made the colours of `layer`, or of the picture itself.
+    fn is_denoised(&self, layer: Option<&str>) -> bool {
+        let copied = self.attributes.get(LAYER) == Some(&Attribute::Text(DENOISED.into()));
+        layer.map_or(copied, |name| name == DENOISED)
+    }
+
     /// The channels `R`, `G`, `B` together, or the names of those that are missing.
     fn rgb(&self) -> std::result::Result<Image, String> {
         let missing: Vec<&str> =
@@ -64,6 +94,44 @@ pub fn read_layers(path: &Path) -> Result<ExrFile> {
 /// As [`read_layers`], and where one of the channels is missing.
 pub fn read_rgb(path: &Path) -> Result<Image> {
     read_layers(path)?.rgb().map_err(|message| Error::file(path, message))
+}
+
+/// Reads colours to be measured: those of `layer`, or of the picture itself. Denoised ones are refused unless `denoised` allows
+/// them, for a denoiser trades noise for an error that no number of samples takes away.
+///
+/// # Errors
+/// As [`read_layers`], a layer without colours, and what is refused.
+pub fn read_measured(path: &Path, layer: Option<&str>, denoised: bool) -> Result<Image> {
+    let file = read_layers(path)?;
+    if file.is_denoised(layer) && !denoised {
+        return Err(Error::file(
+            path,
+            "this is denoised, and its error is not noise: it is measured only with --allow-denoised",
+        ));
+    }
+    let Some(name) = layer else { return file.rgb().map_err(|message| Error::file(path, message)) };
+    let (width, height) = (file.width, file.height);
+    let found = file.layers().into_iter().find(|layer| layer.name == name).and_then(|layer| layer.colors());
+    let data = found.ok_or_else(|| Error::file(path, format!("there is no layer `{name}` of colours")))?;
+    Ok(Image { width, height, data })
+}
+
+/// Reads the attributes of the header alone, as of [`ExrFile::attributes`].
+///
+/// # Errors
+/// A file that cannot be read or is no OpenEXR file.
+pub fn read_attributes(path: &Path) -> Result<BTreeMap<String, Attribute>> {
+    let file = File::open(path).map_err(Error::io(path))?;
+    contain(path, || {
+        let meta = ::exr::meta::MetaData::read_from_buffered(BufReader::new(file), false);
+        let meta = meta.map_err(|error| Error::file(path, format!("not a readable OpenEXR file: {error}")))?;
+        Ok(meta.headers.first().map(|header| readable(&header.own_attributes.other)).unwrap_or_default())
+    })
+}
+
+fn readable<'a>(attributes: impl IntoIterator<Item = (&'a Text, &'a AttributeValue)>) -> BTreeMap<String, Attribute> {
+    let readable = |(name, value): (&Text, &AttributeValue)| Some((name.to_string(), Attribute::from_file(value)?));
+    attributes.into_iter().filter_map(readable).collect()
 }
 
 /// [`read_layers`] with at most `max_bytes` of decoded floats.
@@ -161,8 +229,7 @@ fn collect(picture: FlatImage) -> std::result::Result<ExrFile, String> {
         ExrFile { width: window.size.0, height: window.size.1, channels: BTreeMap::new(), attributes: BTreeMap::new() };
     for (part, layer) in picture.layer_data.into_iter().enumerate() {
         if part == 0 {
-            let readable = |(name, value): (&Text, &_)| Some((name.to_string(), Attribute::from_file(value)?));
-            file.attributes = layer.attributes.other.iter().filter_map(readable).collect();
+            file.attributes = readable(&layer.attributes.other);
         }
         add_channels(&mut file, part, window, layer)?;
     }

@@ -12,7 +12,7 @@ use super::stage::{Stage, settings};
 use super::store::Store;
 use super::{bias::ReferenceBlocks, memory};
 use crate::image::exr::{self, Metadata, Window};
-use crate::image::{Image, Layer};
+use crate::image::{Exposure, Image, Layer, Tone};
 use crate::integrator::Counters;
 use crate::platform::Platform;
 use crate::render::{self, GuideIo, IterationReport, Progress, Rendering, Settings, Stop};
@@ -197,7 +197,7 @@ fn picture(rendering: &Rendering) -> Image {
 }
 
 /// The figures of a render; which run it was is not among them.
-fn measured(rendering: &Rendering, reference: &Reference, exposure: f32) -> Result<Run> {
+fn measured(rendering: &Rendering, reference: &Reference, exposure: Exposure) -> Result<Run> {
     let image = picture(rendering);
     let mut total = Counters::default();
     rendering.iterations.iter().for_each(|i| total.add(&i.counters));
@@ -211,7 +211,7 @@ fn measured(rendering: &Rendering, reference: &Reference, exposure: f32) -> Resu
         cpu_seconds: rendering.cpu.seconds(),
         learn_wall_seconds: rendering.iterations.iter().map(|i| i.learn_wall_seconds).sum(),
         film_wall_seconds: rendering.film_wall_seconds,
-        errors: measure::errors(&image, reference, exposure)?,
+        errors: measure::errors(&image, reference, exposure.stops(&reference.image, Tone::Srgb))?,
         mean: measure::mean(&image),
         non_finite: total.non_finite,
         broken_pixels: image.data.iter().filter(|c| !c.is_finite() || c.min_element() < 0.0).count() as u64,

@@ -6,7 +6,7 @@ use crate::film::Combine;
 use crate::film::accumulate::Estimate;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
-use crate::image::exr::{self, Attribute, Metadata, Window, read_layers, read_rgb};
+use crate::image::exr::{self, Attribute, Metadata, Window, read_layers, read_measured};
 use crate::image::{Image, Layer};
 use crate::math::Rgb;
 use crate::platform::Platform;
@@ -54,9 +54,9 @@ pub fn file_name(name: &str, scene: &Scene, description: &SceneFile) -> String {
 /// Reads a reference; its variance where the file has layers `variance.R`, `.G`, `.B`.
 ///
 /// # Errors
-/// As of [`read_rgb`]; a picture of another size than the scene's, or with pixels that are not finite.
+/// As of [`read_measured`], which refuses denoised pictures; a picture of another size than the scene's, or with pixels that are not finite.
 pub fn read(path: &Path, scene: &Scene) -> Result<Reference> {
-    let image = read_rgb(path)?;
+    let image = read_measured(path, None, false)?;
     let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
     if (image.width, image.height) != (width, height) {
         let found = format!("{} × {}", image.width, image.height);

@@ -8,6 +8,7 @@ mod faults;
 mod gallery;
 mod guides;
 mod paper;
+mod pictures;
 mod processors;
 mod render;
 mod stopping;

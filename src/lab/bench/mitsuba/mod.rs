@@ -21,7 +21,7 @@ use crate::film::accumulate::Estimate;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::exr::{self, Metadata, Window, read_rgb};
-use crate::image::{Image, Layer, png};
+use crate::image::{Image, Layer, ViewTransform, png};
 use crate::scene::Scene;
 use crate::stats::Median;
 use crate::{Error, Result};
@@ -168,7 +168,9 @@ impl Mitsuba {
         let names = std::iter::once("phototaxis").chain(self.processes.iter().map(|process| process.variant));
         for (name, Mean { image, .. }) in names.zip(pictures) {
             let path = self.folder.join(name);
-            png::write(&path.with_extension("png"), image, self.translation.description.scene.film.exposure)?;
+            let film = &self.translation.description.scene.film;
+            let view = ViewTransform::of(film.exposure, film.tone, image);
+            png::write(&path.with_extension("png"), image, &view, &[])?;
             let (window, layer) = (Window::full(image.width, image.height), Layer::color("", &image.data));
             exr::write(&path.with_extension("exr"), &window, vec![layer], &Metadata::default())?;
         }

@@ -2,7 +2,7 @@
 
 use super::matrix::Matrix;
 use crate::image::exr::read_rgb;
-use crate::image::{Image, png};
+use crate::image::{Image, ViewTransform, png};
 use crate::lab::compare::executor::worst_path;
 use crate::lab::compare::plan::{Plan, file_stem};
 use crate::lab::compare::stage::Stage;
@@ -26,13 +26,14 @@ pub fn write(matrix: &mut Matrix, plan: &Plan, stage: &Stage, store: &Store, fol
         let name = entry.name();
         let Some(reference) = store.reference(&name) else { continue };
         let reference = read_rgb(&reference.file(folder))?;
-        let exposure = stage.plain(scene).1.scene.film.exposure;
+        let film = &stage.plain(scene).1.scene.film;
+        let view = ViewTransform::of(film.exposure, film.tone, &reference);
         for (index, method) in plan.methods.iter().enumerate() {
             let path = worst_path(folder, plan, scene, index);
             let own = |cell: &&mut super::matrix::MatrixCell| cell.scene == name && cell.method == method.name;
             let Some(cell) = matrix.cells.iter_mut().find(own).filter(|_| path.exists()) else { continue };
             let file = format!("{}_{}.png", file_stem(&name), file_stem(&method.name));
-            png::write(&pictures.join(&file), &beside(&read_rgb(&path)?, &reference), exposure)?;
+            png::write(&pictures.join(&file), &beside(&read_rgb(&path)?, &reference), &view, &[])?;
             cell.picture = Some(format!("pictures/{file}"));
         }
     }

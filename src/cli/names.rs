@@ -1,0 +1,49 @@
+//! Names of pictures where none are given: like the scene, and never those of another scene's pictures.
+
+use super::output::PNG_SCENE;
+use crate::image::exr::{Attribute, read_attributes};
+use crate::image::png;
+use anyhow::{Context as _, Result, bail};
+use std::path::{Path, PathBuf};
+
+/// A file of this name is called as its folder is, since every scene's is.
+const NAMELESS: &str = "scene";
+/// Numbers that are tried before a name is given up.
+const MOST: u32 = 9999;
+
+/// An EXR and a PNG in the current folder, and whether their names have a number because the plain ones are taken by pictures
+/// of other scenes; `force` takes the plain ones all the same. Pictures of this scene are replaced.
+pub fn pictures(scene: &Path, force: bool) -> Result<([PathBuf; 2], bool)> {
+    let stem = stem(scene)?;
+    let named = |stem: &str| ["exr", "png"].map(|end| PathBuf::from(format!("{stem}.{end}")));
+    let free = |paths: &[PathBuf; 2]| paths.iter().all(|path| may_replace(path, scene));
+    if force || free(&named(&stem)) {
+        return Ok((named(&stem), false));
+    }
+    match (2..=MOST).map(|number| named(&format!("{stem}-{number}"))).find(free) {
+        Some(paths) => Ok((paths, true)),
+        None => bail!("{stem}.exr and all names with a number are taken: name the pictures with -o"),
+    }
+}
+
+/// What the scene is called.
+fn stem(scene: &Path) -> Result<String> {
+    let own = scene.file_stem().context("the scene has no file name")?.to_string_lossy().into_owned();
+    let folder = || Some(scene.canonicalize().ok()?.parent()?.file_name()?.to_string_lossy().into_owned());
+    Ok(if own == NAMELESS { folder().unwrap_or(own) } else { own })
+}
+
+/// Whether nothing stands there, or a picture that says that it is of this scene.
+fn may_replace(path: &Path, scene: &Path) -> bool {
+    if path.symlink_metadata().is_err() {
+        return true;
+    }
+    let named = match path.extension().is_some_and(|e| e == "exr") {
+        true => read_attributes(path).ok().and_then(|attributes| match attributes.get("scene") {
+            Some(Attribute::Text(name)) => Some(name.clone()),
+            _ => None,
+        }),
+        false => png::text(path, PNG_SCENE),
+    };
+    named.is_some_and(|named| named == scene.display().to_string())
+}
