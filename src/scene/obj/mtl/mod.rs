@@ -1,7 +1,7 @@
 //! MTL material libraries.
 //!
 //! Keywords are taken in any case. Of a material defined twice the first definition counts, as of libraries the first
-//! named. What has no meaning here is reported once per keyword and file, but for `Ka` and `sharpness`.
+//! named. What has no meaning here is reported once per keyword and file, but for `sharpness`.
 
 mod material;
 mod record;
@@ -89,6 +89,7 @@ fn load_library(path: &Path, mut text: Vec<u8>, materials: &mut Materials, warni
         })?;
     }
     for (name, record) in records {
+        notes.unseen(&name, &record);
         materials.entry(name).or_insert_with(|| record.describe());
     }
     let warning = |(at, message)| Warning { path: path.to_path_buf(), line: line(at), message };
@@ -108,7 +109,7 @@ fn read_statement(
         if records.iter().any(|(known, _)| *known == name) {
             notes.once(format!("material `{name}` is defined again; the first definition counts"));
         }
-        records.push((name, Record::default()));
+        records.push((name, Record { at: notes.at, ..Record::default() }));
         return Ok(());
     }
     match records.last_mut() {
@@ -130,6 +131,18 @@ struct Notes {
 }
 
 impl Notes {
+    /// Says where a material is one that nobody would see.
+    fn unseen(&mut self, name: &str, record: &Record) {
+        let message = if record.is_inverted() {
+            "`Tr 1`, with nothing else by which light passes, is taken for opaque, as programs write it that mean `d`"
+        } else if record.is_invisible() {
+            "light passes it as if it were not there (`d` or `Tr`), so that it cannot be seen"
+        } else {
+            return;
+        };
+        self.messages.push((record.at, format!("material `{name}`: {message}")));
+    }
+
     /// Says it at the current statement unless it has been said.
     fn once(&mut self, message: impl Into<String>) {
         let message = message.into();
