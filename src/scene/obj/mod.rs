@@ -40,7 +40,7 @@ const BLOCK: u64 = 1 << 20;
 /// Loads an OBJ file and the MTL libraries it names.
 ///
 /// In the model positions and normals are as in the file: not transformed, normals not normalised. Faces before any `usemtl`
-/// have the material "". Faces become triangles, ears being cut off concave ones; those with fewer than three corners are dropped. A file
+/// have the material "", or the only one of the libraries where there is no `usemtl` at all. Faces become triangles, ears being cut off concave ones; those with fewer than three corners are dropped. A file
 /// without faces gives an empty mesh.
 ///
 /// # Errors
@@ -60,9 +60,11 @@ fn load_in_blocks(source: &Source, block: u64) -> Result<Model> {
     let (mesh, census) = loaded.map_err(|failure| reporter.error(failure))?;
     let (materials, mut library_warnings) = mtl::load_libraries(&mut reporter, &census.libraries)?;
     reporter.unknown_materials(&census, &materials);
+    let only = reporter.unnamed_material(&census, &materials);
     let mut warnings = reporter.finish()?;
     warnings.append(&mut library_warnings);
-    let (material_names, mesh) = assign_materials(mesh, &census);
+    let (mut material_names, mesh) = assign_materials(mesh, &census);
+    material_names.iter_mut().filter(|name| name.is_empty()).zip(only).for_each(|(name, only)| *name = only);
     Ok(Model { mesh, material_names, materials, warnings })
 }
 

@@ -60,6 +60,24 @@ impl<'a> Reporter<'a> {
         self.warn(first, format!("{count} material names are in no MTL file: {list}{more}"));
     }
 
+    /// The material of faces in a file that names libraries and never a material: the libraries' only one. Says so, and where there
+    /// are several.
+    pub fn unnamed_material(
+        &mut self,
+        census: &Census,
+        materials: &BTreeMap<String, MaterialDescription>,
+    ) -> Option<String> {
+        let &(at, _) = census.libraries.first().filter(|_| census.names.is_empty() && census.triangles > 0)?;
+        let mut names = materials.keys();
+        let (first, others) = (names.next()?, names.count());
+        if others > 0 {
+            self.warn(at, format!("no `usemtl` says which of the {} materials the faces have", others + 1));
+            return None;
+        }
+        self.warn(at, format!("no `usemtl` says what the faces are made of: they have the only material, `{first}`"));
+        Some(first.clone())
+    }
+
     /// The first failure of a pass, with its place.
     pub fn error(&self, failure: Failure) -> Error {
         let located = match failure {

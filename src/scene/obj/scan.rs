@@ -1,6 +1,7 @@
 //! First pass: how much of everything a block holds, and the statements that are not numbers.
 
 use super::lines::{self, Lines};
+use super::paths;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -71,7 +72,7 @@ pub(super) fn scan(text: &[u8]) -> Census {
             b"vt" => census.counts.uvs += 1,
             b"vn" => census.counts.normals += 1,
             b"f" => census.face(at, rest),
-            b"usemtl" => census.switch(at, lines::name(rest), &mut names),
+            b"usemtl" => census.switch(at, paths::unquoted(lines::name(rest)), &mut names),
             b"mtllib" => census.libraries.push((at as u64, lines::name(rest).to_vec())),
             b"g" | b"o" | b"s" => {}
             b"l" | b"p" => add(&mut census.strokes, once(at)),

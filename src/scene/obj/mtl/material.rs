@@ -1,12 +1,15 @@
 //! What a record means to a path tracer.
 //!
-//! MTL describes shading models of its time, and exporters agree on little more than `Kd`. The reading here: `Pm` and
-//! `illum` 3, 5 and 8 are metal, a highlight on a diffuse colour is plastic, `d` is partial coverage, and what both
-//! transmits and refracts is glass. Maya writes `illum 4`, `Ni 1` and `Tf 1 1 1` for every opaque material: an index
-//! of refraction of 1 never makes glass.
+//! MTL describes shading models of its time, and exporters agree on little more than `Kd`. docs/mtl.md lists how each statement is
+//! read, and by whose usage. In short: `Kd` is what the surface reflects, a highlight of strength `Ks` lies over it without making
+//! it darker than `Kd`; metals are those of Blender (`Ka` as the metallic share), of the PBR extension (`Pm`), or mirrors of the
+//! colour `Ks`; `d` is partial coverage; what both lets light pass and refracts is glass.
 
 use super::record::Record;
-use crate::bsdf::{BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, PlasticParameters};
+use crate::bsdf::{
+    BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, PlasticParameters,
+    PrincipledParameters,
+};
 use crate::math::Rgb;
 use crate::scene::description::MaterialDescription;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
@@ -22,6 +25,9 @@ const DEFAULT_ROUGHNESS: f32 = 0.5;
 
 /// The largest exponent, which means a mirror.
 const LARGEST_EXPONENT: f32 = 1000.0;
+
+/// Of a coat's reflection, whose square is its reflectance: coats of an index beyond 10 are metals.
+const LARGEST_AMPLITUDE: f32 = 9.0 / 11.0;
 
 /// The coat of plastic is not smoother: the largest exponent is the format's end rather than a perfect surface.
 const LEAST_PLASTIC_ALPHA: f32 = 1e-3;
@@ -40,28 +46,95 @@ impl Record {
     }
 
     fn opaque(&self) -> BsdfDescription {
-        let specular = self.specular.unwrap_or(Rgb::ZERO);
-        if self.metallic.is_some_and(|metallic| metallic >= 0.5) {
-            // The base colour of the PBR extension is `Kd`; older exporters have a metal's colour in `Ks` alone.
-            let old = self.diffuse == Some(Rgb::ZERO) && self.diffuse_map.is_none();
-            let colour = if old { ColorTexture::Constant(specular) } else { self.diffuse_colour() };
-            conductor(colour, self.roughness())
-        } else if self.illumination_in(&[3.0, 5.0, 8.0]) {
-            let black = specular == Rgb::ZERO;
-            let colour = if black { self.diffuse_colour() } else { ColorTexture::Constant(specular) };
-            conductor(colour, self.roughness.unwrap_or(0.0))
-        } else if specular != Rgb::ZERO && self.illumination_in(&[2.0]) && self.exponent > Some(0.0) {
+        if self.is_mirror() {
+            return self.mirror();
+        }
+        let metallic = self.metallic_share();
+        let layered = [self.sheen, self.coat].into_iter().any(|share| share > Some(0.0));
+        if metallic > 0.0 || layered {
+            self.principled(metallic)
+        } else if self.has_highlight() {
             self.plastic()
         } else {
             DiffuseParameters { reflectance: self.diffuse_colour() }.into()
         }
     }
 
+    /// `Pm`, or what Blender writes for it: `Ka`, grey, beside an illumination model that reflects.
+    fn metallic_share(&self) -> f32 {
+        let of_blender = self.blender_metallic().filter(|_| self.reflects());
+        self.metallic.or(of_blender).unwrap_or(0.0)
+    }
+
+    /// A `Ka` that is a share. Other programs write black there, or the diffuse colour again.
+    fn blender_metallic(&self) -> Option<f32> {
+        let ambient = self.ambient.filter(|&ambient| ambient == Rgb::splat(ambient.x) && ambient != Rgb::ZERO);
+        ambient.filter(|_| self.ambient != self.diffuse).map(|ambient| ambient.x.min(1.0))
+    }
+
+    /// Whether the illumination model traces reflections, and no light passes.
+    fn reflects(&self) -> bool {
+        self.illumination_in(&[3.0, 5.0, 8.0])
+    }
+
+    /// By the format's own words, `Ks` is the colour of what illumination models 3, 5 and 8 reflect. The surface is taken for a
+    /// mirror where nothing says otherwise and that outshines what `Kd` scatters.
+    fn is_mirror(&self) -> bool {
+        let strength = |colour: Option<Rgb>| colour.map_or(0.0, |colour| colour.max_element());
+        let dark = self.diffuse_map.is_none() && strength(self.diffuse) <= strength(self.specular);
+        let unsaid = self.metallic.is_none() && self.blender_metallic().is_none();
+        self.reflects() && unsaid && (dark || self.specular.is_none_or(|specular| specular == Rgb::ZERO))
+    }
+
+    fn mirror(&self) -> BsdfDescription {
+        let specular = self.specular.filter(|&specular| specular != Rgb::ZERO);
+        let colour = specular.map_or_else(|| self.diffuse_colour(), ColorTexture::Constant);
+        let roughness = self.roughness.unwrap_or(0.0);
+        let alpha = roughness * roughness;
+        ConductorParameters { specular_reflectance: colour, alpha, ..ConductorParameters::default() }.into()
+    }
+
+    /// Metals, and what has a sheen or a coat. A metal's colour is `Kd`; older exporters have it in `Ks` alone.
+    fn principled(&self, metallic: f32) -> BsdfDescription {
+        let in_specular = metallic > 0.0 && self.diffuse == Some(Rgb::ZERO) && self.diffuse_map.is_none();
+        let specular = self.specular.filter(|_| in_specular).map(ColorTexture::Constant);
+        let principled = PrincipledParameters {
+            base_color: specular.unwrap_or_else(|| self.diffuse_colour()),
+            metallic,
+            roughness: self.roughness(),
+            specular: self.specular_level(),
+            sheen: self.sheen.unwrap_or(0.0),
+            clearcoat: self.coat.unwrap_or(0.0),
+            clearcoat_gloss: 1.0 - self.coat_roughness.unwrap_or(0.0),
+            ..PrincipledParameters::default()
+        };
+        principled.into()
+    }
+
+    /// `illum` 0 and 1 have none by the format's words; `Pr` speaks of nothing else.
+    fn has_highlight(&self) -> bool {
+        let phong = self.specular.is_some_and(|specular| specular != Rgb::ZERO) && self.exponent > Some(0.0);
+        let physical = self.roughness.is_some() && self.specular != Some(Rgb::ZERO);
+        physical || phong && !self.illumination_in(&[0.0, 1.0])
+    }
+
+    /// Strength of the highlight: the mean of `Ks`, where 0.5 is the reflection of the surface's index of refraction (Blender,
+    /// Burley 2012).
+    fn specular_level(&self) -> f32 {
+        self.specular.map_or(0.5, |specular| specular.element_sum() / 3.0)
+    }
+
     fn is_glass(&self) -> bool {
         let refracts = self.ior.is_none_or(|ior| (ior - 1.0).abs() > 1e-3);
         let filters = self.share_stopped() < 1.0 && self.filter.is_some();
-        let transmits = self.illumination_in(&[4.0, 6.0, 7.0, 9.0]) || filters;
-        refracts && transmits && self.dissolve_map.is_none()
+        let models = self.illumination_in(&[4.0, 6.0, 7.0, 9.0]);
+        refracts && (models && self.lets_light_pass() || filters) && self.dissolve_map.is_none()
+    }
+
+    /// Some programs write illumination models with refraction for every material, paint and all.
+    fn lets_light_pass(&self) -> bool {
+        let black = self.diffuse == Some(Rgb::ZERO) && self.diffuse_map.is_none();
+        self.share_stopped() < 1.0 || self.filter.is_some_and(|filter| filter != Rgb::ZERO) || black
     }
 
     fn dielectric(&self) -> BsdfDescription {
@@ -74,13 +147,16 @@ impl Record {
         glass.into()
     }
 
+    /// The coat lets through what the base then reflects as `Kd`: no light is lost between them, so that the whole reflects
+    /// Kd(1 − E) + E with E the albedo of the coat.
     fn plastic(&self) -> BsdfDescription {
         let roughness = self.roughness();
+        let ior = self.ior.filter(|&ior| ior > 1.0).unwrap_or(DEFAULT_IOR);
         let plastic = PlasticParameters {
             reflectance: self.diffuse_colour(),
-            int_ior: self.ior.filter(|&ior| ior > 1.0).unwrap_or(DEFAULT_IOR),
+            int_ior: scaled_ior(ior, 2.0 * self.specular_level()),
             alpha: (roughness * roughness).max(LEAST_PLASTIC_ALPHA),
-            nonlinear: true,
+            nonlinear: false,
             ..PlasticParameters::default()
         };
         plastic.into()
@@ -110,7 +186,22 @@ impl Record {
     }
 
     fn share_stopped(&self) -> f32 {
+        if self.is_inverted() {
+            return 1.0;
+        }
         self.dissolve.or(self.transparency.map(|tr| 1.0 - tr)).unwrap_or(1.0)
+    }
+
+    /// Whether `Tr 1` is written for an opaque material, as by MeshLab and programs of photogrammetry: nothing else says that light
+    /// passes, and by the format's words nobody would see the surface.
+    pub(super) fn is_inverted(&self) -> bool {
+        let passes = self.filter.is_some() || self.illumination_in(&[4.0, 6.0, 7.0, 9.0]);
+        self.transparency == Some(1.0) && self.dissolve.is_none() && self.dissolve_map.is_none() && !passes
+    }
+
+    /// Whether nobody can see it: no part of it stops light, and it neither refracts nor emits.
+    pub(super) fn is_invisible(&self) -> bool {
+        self.share_stopped() == 0.0 && self.dissolve_map.is_none() && !self.is_glass()
     }
 
     /// `Pr`, or what Blender writes as `Ns` = 1000 (1 − roughness)².
@@ -124,8 +215,8 @@ impl Record {
     }
 }
 
-/// A metal that reflects `colour` at every angle.
-fn conductor(colour: ColorTexture, roughness: f32) -> BsdfDescription {
-    let alpha = roughness * roughness;
-    ConductorParameters { specular_reflectance: colour, alpha, ..ConductorParameters::default() }.into()
+/// The index of refraction of which the reflection at normal incidence is `factor` times that of `ior`.
+fn scaled_ior(ior: f32, factor: f32) -> f32 {
+    let amplitude = ((ior - 1.0) / (ior + 1.0) * factor.sqrt()).min(LARGEST_AMPLITUDE);
+    (1.0 + amplitude) / (1.0 - amplitude)
 }

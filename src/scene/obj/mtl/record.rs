@@ -7,11 +7,15 @@ use crate::math::Rgb;
 use crate::texture::ImageTexture;
 use std::path::Path;
 
-/// The statements that mean something here. Numbers are finite, shares and colours but `emission` in [0, 1].
+/// The statements that mean something here. Numbers are finite, shares and colours in [0, 1], but `emission` and `ambient`.
 #[derive(Debug, Default)]
 pub(super) struct Record {
+    /// Offset of its `newmtl`.
+    pub at: usize,
     /// `Kd`
     pub diffuse: Option<Rgb>,
+    /// `Ka`
+    pub ambient: Option<Rgb>,
     /// `Ks`
     pub specular: Option<Rgb>,
     /// `Ke`, ≥ 0
@@ -30,6 +34,12 @@ pub(super) struct Record {
     pub roughness: Option<f32>,
     /// `Pm`
     pub metallic: Option<f32>,
+    /// `Ps`
+    pub sheen: Option<f32>,
+    /// `Pc`
+    pub coat: Option<f32>,
+    /// `Pcr`
+    pub coat_roughness: Option<f32>,
     /// `illum`
     pub illumination: Option<f32>,
     /// `map_Kd`
@@ -54,10 +64,14 @@ impl Record {
             "tr" => self.transparency = Some(statement.number(0.0, 1.0)?),
             "pr" => self.roughness = Some(statement.number(0.0, 1.0)?),
             "pm" => self.metallic = Some(statement.number(0.0, 1.0)?),
+            "ka" => statement.set_colour(&mut self.ambient, f32::MAX)?,
+            "ps" => self.sheen = Some(statement.number(0.0, 1.0)?),
+            "pc" => self.coat = Some(statement.number(0.0, 1.0)?),
+            "pcr" => self.coat_roughness = Some(statement.number(0.0, 1.0)?),
             "illum" => self.illumination = Some(statement.number(0.0, f32::MAX)?),
             "map_kd" => self.diffuse_map = statement.texture(folder)?,
             "map_d" => self.dissolve_map = statement.texture(folder)?,
-            "ka" | "sharpness" => {}
+            "sharpness" => {}
             _ => notes.once(format!("statement `{name}` is ignored")),
         }
         if let (Some(d), Some(tr)) = (self.dissolve, self.transparency)

@@ -1,7 +1,7 @@
 use super::*;
 use crate::bsdf::{
     BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, MicrofacetDistribution,
-    PlasticParameters,
+    PlasticParameters, PrincipledParameters,
 };
 use crate::math::Rgb;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
@@ -54,8 +54,8 @@ fn diffuse_materials() {
     assert_eq!(material(""), plain);
     assert_eq!(material("Kd 0.1 0.2 0.3 # note").bsdf, diffuse(constant(0.1, 0.2, 0.3)));
     assert_eq!(material("  KD\t.25\r").bsdf, diffuse(constant(0.25, 0.25, 0.25)));
-    // Not a highlight: no `illum 2`, no exponent, no specular colour.
-    for matt in ["Ks 1 1 1\nNs 50", "Ks 1 1 1\nillum 2", "Ns 50\nillum 2", "illum 2\nKs 0 0 0\nNs 9"] {
+    // Not a highlight: `illum 1`, no exponent, no specular colour.
+    for matt in ["Ks 1 1 1\nNs 50\nillum 1", "Ks 1 1 1\nillum 2", "Ns 50\nillum 2", "illum 2\nKs 0 0 0\nNs 9"] {
         assert_eq!(material(matt), plain, "{matt}");
     }
 }
@@ -68,35 +68,88 @@ fn lights_emit_on_one_side() {
     assert_eq!(light.bsdf, diffuse(constant(0.0, 0.0, 0.0)));
 }
 
+fn plastic(reflectance: ColorTexture, int_ior: f32, alpha: f32) -> BsdfDescription {
+    let nonlinear = false;
+    BsdfDescription::Plastic(PlasticParameters {
+        reflectance,
+        int_ior,
+        alpha,
+        nonlinear,
+        ..PlasticParameters::default()
+    })
+}
+
 #[test]
 fn plastic_materials() {
-    let plastic = |int_ior, alpha| {
-        BsdfDescription::Plastic(PlasticParameters {
-            reflectance: constant(0.2, 0.4, 0.6),
-            specular_reflectance: Rgb::ONE,
-            int_ior,
-            ext_ior: 1.0,
-            alpha,
-            distribution: MicrofacetDistribution::Ggx,
-            nonlinear: true,
-        })
+    let of = |more: &str| material(&format!("Kd .2 .4 .6\n{more}")).bsdf;
+    let near = |found: BsdfDescription, int_ior: f32, alpha: f32| {
+        let BsdfDescription::Plastic(found) = found else { panic!("{found:?}") };
+        assert!((found.int_ior - int_ior).abs() < 1e-5 && (found.alpha - alpha).abs() < 1e-6, "{found:?}");
+        assert_eq!(
+            BsdfDescription::Plastic(found.clone()),
+            plastic(constant(0.2, 0.4, 0.6), found.int_ior, found.alpha)
+        );
     };
-    let of = |more: &str| material(&format!("Kd .2 .4 .6\nKs .5 .5 .5\nillum 2\n{more}")).bsdf;
-    assert_eq!(of("Ns 250\nNi 1.3"), plastic(1.3, 0.25));
-    assert_eq!(of("Ns 250\nNi 1"), plastic(1.5, 0.25));
-    assert_eq!(of("Ns 1e6"), plastic(1.5, 1e-3));
-    assert_eq!(of("Ns 10\nPr 0.5"), plastic(1.5, 0.25));
+    near(of("Ks .5 .5 .5\nillum 2\nNs 250\nNi 1.3"), 1.3, 0.25);
+    near(of("Ks .5 .5 .5\nillum 2\nNs 250\nNi 1"), 1.5, 0.25);
+    near(of("Ks .5 .5 .5\nNs 1e6"), 1.5, 1e-3);
+    near(of("Ks .5 .5 .5\nillum 2\nNs 10\nPr 0.5"), 1.5, 0.25);
+    // twice the reflection of an index of 1.5, 0.08, is that of 1.78885
+    near(of("Ks 1\nNs 250"), 1.788_854, 0.25);
+    // the extension alone, and what Cinema 4D writes for paint
+    near(of("Pr .5\nPm 0"), 1.5, 0.25);
+    near(of("Ka 1 1 1\nKs .5\nNs 250\nillum 7"), 1.5, 0.25);
+}
+
+fn principled(base_color: ColorTexture, metallic: f32, roughness: f32) -> BsdfDescription {
+    BsdfDescription::Principled(PrincipledParameters {
+        base_color,
+        metallic,
+        roughness,
+        ..PrincipledParameters::default()
+    })
 }
 
 #[test]
 fn metals() {
+    // as Blender writes them, wholly and in part
+    let gold = "Ns 250\nKa 1 1 1\nKd 0.9 0.6 0.1\nKs 0.5 0.5 0.5\nNi 1.45\nd 1\nillum 3";
+    assert_eq!(material(gold).bsdf, principled(constant(0.9, 0.6, 0.1), 1.0, 0.5));
+    assert_eq!(material("Ns 250\nKa .5\nKd .3\nKs .5\nillum 3").bsdf, principled(constant(0.3, 0.3, 0.3), 0.5, 0.5));
+    // by the words of the format
     assert_eq!(material("Kd .1\nKs .9 .8 .7\nillum 5").bsdf, metal(constant(0.9, 0.8, 0.7), 0.0));
+    assert_eq!(material("Ka .1\nKd .1\nKs .9\nillum 5").bsdf, metal(constant(0.9, 0.9, 0.9), 0.0));
     assert_eq!(material("Kd .1\nKs .9\nNs 10\nillum 3\nPr .5").bsdf, metal(constant(0.9, 0.9, 0.9), 0.25));
     assert_eq!(material("Kd .1 .2 .3\nillum 8").bsdf, metal(constant(0.1, 0.2, 0.3), 0.0));
-    assert_eq!(material("Kd .1 .2 .3\nKs .5\nPm 1\nNs 250").bsdf, metal(constant(0.1, 0.2, 0.3), 0.25));
-    assert_eq!(material("Kd 0\nKs .5\nPm .5\nPr .1").bsdf, metal(constant(0.5, 0.5, 0.5), 0.010_000_001));
-    assert_eq!(material("map_Kd a.png\nPm 1").bsdf, metal(ColorTexture::Image(image("a.png")), 0.25));
-    assert_eq!(material("Kd .1\nPm .4").bsdf, diffuse(constant(0.1, 0.1, 0.1)));
+    // the extension
+    assert_eq!(material("Kd .1 .2 .3\nKs .5\nPm 1\nNs 250").bsdf, principled(constant(0.1, 0.2, 0.3), 1.0, 0.5));
+    assert_eq!(material("Kd 0\nKs .5\nPm .5\nPr .1").bsdf, principled(constant(0.5, 0.5, 0.5), 0.5, 0.1));
+    let map = ColorTexture::Image(image("a.png"));
+    assert_eq!(material("map_Kd a.png\nPm 1").bsdf, principled(map, 1.0, 0.5));
+    let coated = material("Kd .1\nPr .2\nPc 1\nPcr .25\nPs .5").bsdf;
+    let BsdfDescription::Principled(p) = coated else { panic!("{coated:?}") };
+    assert_eq!((p.metallic, p.clearcoat, p.clearcoat_gloss, p.sheen), (0.0, 1.0, 0.75, 0.5));
+}
+
+#[test]
+fn what_nobody_would_see_is_named() {
+    let said = messages("newmtl scan\nmap_Kd a.png\nTr 1\nillum 1\nnewmtl ghost\nd 0\nnewmtl leaf\nd 0\nmap_d b.png\n");
+    let said: Vec<(usize, &str)> = said.iter().map(|(line, message)| (*line, message.as_str())).collect();
+    assert!(matches!(said[..], [(1, a), (5, b)] if a.contains("`scan`: `Tr 1`") && b.contains("`ghost`")), "{said:?}");
+    let (materials, _) = library("newmtl scan\nmap_Kd a.png\nTr 1\nillum 1\n").unwrap();
+    assert_eq!(materials["scan"].opacity, None);
+    // by the format's words where something else says that light passes
+    assert!(matches!(material("Tr 1\nTf 1 1 1\nNi 1.5").bsdf, BsdfDescription::Dielectric(_)));
+}
+
+#[test]
+fn libraries_may_be_in_utf_16() {
+    let text = "newmtl m\nKd .1 .2 .3\n";
+    for (mark, bytes) in [([0xff, 0xfe], u16::to_le_bytes as fn(u16) -> [u8; 2]), ([0xfe, 0xff], u16::to_be_bytes)] {
+        let written: Vec<u8> = mark.into_iter().chain(text.encode_utf16().flat_map(bytes)).collect();
+        let (materials, _) = library(written).unwrap();
+        assert_eq!(materials["m"].bsdf, diffuse(constant(0.1, 0.2, 0.3)));
+    }
 }
 
 #[test]
@@ -117,10 +170,17 @@ fn glass() {
         assert_eq!(found.bsdf, glass(1.33, Rgb::ONE, 0.0));
         assert_eq!((found.two_sided, found.opacity), (false, None));
     }
-    assert_eq!(material("illum 7").bsdf, glass(1.5, Rgb::ONE, 0.0));
+    assert_eq!(material("illum 7\nTr .5").bsdf, glass(1.5, Rgb::ONE, 0.0));
+    assert_eq!(material("illum 7\nKd 0\nKs 1").bsdf, glass(1.5, Rgb::ONE, 0.0));
     assert_eq!(material("Tr .9\nTf 1 .5 0\nPr .5").bsdf, glass(1.5, Rgb::new(1.0, 0.5, 0.0), 0.25));
     // What Maya writes for an opaque material, a cut-out, and a filter that nothing passes.
-    for opaque in ["Kd .5\nillum 4\nTf 1 1 1\nNi 1.0", "map_d a.png\nillum 9\nNi 1.5", "d 1\nTf 1 1 1\nNi 1.5"] {
+    for opaque in [
+        "Kd .5\nillum 4\nTf 1 1 1\nNi 1.0",
+        "map_d a.png\nillum 9\nNi 1.5",
+        "d 1\nTf 1 1 1\nNi 1.5",
+        "illum 7",
+        "illum 9\nd 1",
+    ] {
         assert_eq!(material(opaque).bsdf, MaterialDescription::default().bsdf, "{opaque}");
     }
 }
@@ -216,19 +276,20 @@ fn files_are_found_as_people_write_them() {
     }
     let wood = Some(folder.path().join("Maps/Wood.PNG"));
     for name in ["Maps/Wood.PNG", r"Maps\Wood.PNG", r".\maps\wood.png", "MAPS/wood.Png"] {
-        assert_eq!(paths::find(folder.path(), name), wood, "{name}");
+        assert_eq!(paths::find(folder.path(), name.as_bytes()), wood, "{name}");
     }
     let a = Some(folder.path().join("a.mtl"));
-    assert_eq!(paths::find(folder.path(), "/elsewhere/A.mtl"), a);
-    assert_eq!(paths::find(folder.path(), r"C:\elsewhere\a.mtl"), a);
-    assert_eq!(paths::find(folder.path(), "elsewhere/a.mtl"), None);
-    assert_eq!(paths::resolve(folder.path(), r"x\y.png"), folder.path().join("x/y.png"));
+    assert_eq!(paths::find(folder.path(), b"/elsewhere/A.mtl"), a);
+    assert_eq!(paths::find(folder.path(), br"C:\elsewhere\a.mtl"), a);
+    assert_eq!(paths::find(folder.path(), b"elsewhere/a.mtl"), None);
+    assert_eq!(paths::resolve(folder.path(), br"x\y.png"), folder.path().join("x/y.png"));
 
     let names = |argument: &str| -> Vec<String> {
-        library_paths(folder.path(), argument).into_iter().map(|(name, _)| name).collect()
+        library_paths(folder.path(), argument.as_bytes()).into_iter().map(|(name, _)| name).collect()
     };
     assert_eq!(names("b c.mtl"), ["b c.mtl"]);
     assert_eq!(names(r"a.mtl b\ c.mtl"), ["a.mtl", "b c.mtl"]);
+    assert_eq!(names(r#""b c.mtl" "a.mtl""#), ["b c.mtl", "a.mtl"]);
     assert_eq!(names("x.mtl b c.mtl\ta.mtl y"), ["x.mtl", "b c.mtl", "a.mtl", "y"]);
 }
 
@@ -236,7 +297,7 @@ fn files_are_found_as_people_write_them() {
 fn libraries_of_an_obj_file() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.mtl"), "newmtl red\nKd 1 0 0\nmap_Kd t.png\n").unwrap();
-    std::fs::write(folder.path().join("b.mtl"), "newmtl red\nKd 0 1 0\nnewmtl blue\nKd 0 0 1\nPc 1\n").unwrap();
+    std::fs::write(folder.path().join("b.mtl"), "newmtl red\nKd 0 1 0\nnewmtl blue\nKd 0 0 1\naniso 1\n").unwrap();
     let path = folder.path().join("scene.obj");
     std::fs::write(&path, "mtllib a.mtl none.mtl b.mtl\nv 0 0 0\nusemtl red\nf 1 1 1\nusemtl green\nf 1 1 1\n")
         .unwrap();

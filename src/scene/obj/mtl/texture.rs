@@ -15,8 +15,8 @@ pub(super) fn read(rest: &[u8], folder: &Path, notes: &mut Notes) -> Result<Opti
     let mut texture =
         ImageTexture { path: Default::default(), scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE };
     while words.option(&mut texture, notes)? {}
-    let name = lines::text(lines::trim(&argument[words.at..]));
-    texture.path = paths::resolve(folder, &name);
+    let name = paths::unquoted(lines::trim(&argument[words.at..]));
+    texture.path = paths::resolve(folder, name);
     Ok((!name.is_empty()).then_some(texture))
 }
 
