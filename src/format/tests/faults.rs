@@ -216,7 +216,7 @@ fn faults_of_instances_are_named() {
         ),
         (
             "T[[instance]]\ngroup = 'tree'\npath = 'a'",
-            "6:1: unknown key `path` in [[instance]]: known are `group`, `matrix`, `translate`, `rotate` and `scale`",
+            "6:1: unknown key `path` in [[instance]]: known are `group`, `scale`, `rotate`, `translate` and `matrix`",
         ),
         ("T[[instance]]\ngroup = 'tree'\ntranslate = [1, nan, 3]", "6:17: `translate` must be finite, found NaN"),
         (
