@@ -20,6 +20,9 @@ const EXAMPLES: &str = "Examples:
   phototaxis image a.exr -o normals.png --layer N
   phototaxis image a.exr -o part.exr -o part.png --crop 100,50,640,360 --scale 50%";
 
+/// What `--layer` calls the picture itself, which has no name in the file.
+const BEAUTY: &str = "beauty";
+
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ImageArguments {
@@ -31,7 +34,7 @@ pub struct ImageArguments {
     /// Prints size, attributes and layers, and writes nothing.
     #[arg(long, conflicts_with_all = ["output", "layer", "exposure", "tone", "crop", "scale", "denoise"])]
     list: bool,
-    /// Takes this layer. [default: for a PNG the one that its render showed, else the picture itself; for an EXR all]
+    /// Takes this layer; beauty is the picture itself. [default: for a PNG the one that its render showed, else the picture itself; for an EXR all]
     #[arg(long, value_name = "NAME")]
     layer: Option<String>,
     /// Stops by which a PNG is brightened, or auto: by its log-average luminance, highlights kept. [default: as the render's
@@ -135,7 +138,7 @@ impl Picture {
         lines.push(format!("{:20} {:12} {:>12} {:>12}", "layer", "channels", "least", "most"));
         lines.extend(self.layers.iter().map(|layer| {
             let suffixes: Vec<&str> = layer.channels.iter().map(|(suffix, _)| &**suffix).collect();
-            let name = if layer.name.is_empty() { "(the picture)" } else { &layer.name };
+            let name = if layer.name.is_empty() { BEAUTY } else { &layer.name };
             let (least, most) = range(layer.channels.iter().flat_map(|(_, values)| values).copied());
             format!("{name:20} {:12} {least:>12.5} {most:>12.5}", suffixes.join(" "))
         }));
@@ -188,6 +191,7 @@ impl Picture {
 
     /// A layer by its name, or a channel by its full name.
     fn layer(&self, name: &str) -> Result<Layer> {
+        let name = if name == BEAUTY { "" } else { name };
         if let Some(layer) = self.layers.iter().find(|layer| layer.name == name) {
             return Ok(layer.clone());
         }
@@ -196,14 +200,15 @@ impl Picture {
                 return Ok(Layer { name: layer.name.clone(), channels: vec![channel.clone()] });
             }
         }
-        let names: Vec<&str> = self.layers.iter().map(|layer| &*layer.name).filter(|name| !name.is_empty()).collect();
+        let names: Vec<&str> =
+            self.layers.iter().map(|layer| if layer.name.is_empty() { BEAUTY } else { &*layer.name }).collect();
         bail!("there is no layer `{name}`: there are {}", crate::document::list(&names))
     }
 
     /// Writes all layers, or the chosen one, whose colours become those of the picture itself. Returns what was written.
     fn write_exr(&self, path: &Path, arguments: &ImageArguments) -> Result<String> {
         let (mut layers, mut attributes) = (self.layers.clone(), self.attributes.clone());
-        if let Some(name) = &arguments.layer {
+        if let Some(name) = arguments.layer.as_ref().filter(|name| *name != BEAUTY) {
             attributes.insert(LAYER.into(), Attribute::Text(name.clone()));
             attributes.remove(VIEW_LAYER);
             layers.iter_mut().filter(|layer| layer.colors().is_some()).for_each(|layer| layer.name.clear());

@@ -17,7 +17,7 @@ use crate::inspect::Layers;
 use crate::render::guide_file::{self, GuideFingerprint};
 use crate::render::{GuideIo, Rendering, Settings, Stop, render_until};
 use crate::scene::Scene;
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -117,11 +117,15 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     };
     let signals = Signals::catch(arguments.quiet)?;
     let rendering = watched_by(&bar, &scene, &description, keeping, signals.stop());
-    let (interrupted, code) = (signals.came(), signals.exit_code());
     if !arguments.quiet {
         warn_of_non_finite(&rendering);
     }
-    let denoised = denoiser.map(|denoiser| denoised(&denoiser, &rendering, &bar)).transpose();
+    let denoised = match denoiser {
+        Some(_) if signals.stop().is_urgent() => {
+            Err(anyhow!("not denoised, since a second signal asked for what there is"))
+        }
+        denoiser => denoiser.map(|denoiser| denoised(&denoiser, &rendering, &bar)).transpose(),
+    };
     // A picture with its noise is better than none.
     let (denoised, failure) = denoised.map_or_else(|error| (None, Some(error)), |denoised| (denoised, None));
     let film = &description.scene.film;
@@ -129,7 +133,7 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         scene: &scene,
         name: arguments.scene.display().to_string(),
         seed: description.render.seed,
-        interrupted,
+        interrupted: signals.came(),
         load_seconds: load_seconds - scene.build_seconds(),
         build_seconds: scene.build_seconds(),
         view: view(film, &rendering, denoised.as_ref()),
@@ -138,20 +142,23 @@ pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         guide_layers: rendering.guide.as_ref().filter(|_| arguments.guide_layers).map(|g| Layers::new(&scene, g)),
         denoised,
     };
+    let finite = conclude(&outputs, &context, &rendering, bar, arguments.quiet)?;
+    failure.map_or(Ok(()), Err)?;
+    Ok(if finite { signals.exit_code() } else { ExitCode::from(super::NOT_FINITE) })
+}
+
+/// Writes all that was asked for and says so; `false` where pixels are not finite.
+fn conclude(outputs: &Outputs, context: &Context, rendering: &Rendering, bar: Bar, quiet: bool) -> Result<bool> {
     bar.stage(Stage::Writing);
-    let report = Report::new(&context, &rendering);
-    outputs.write(&context, &rendering, &report)?;
+    let report = Report::new(context, rendering);
+    outputs.write(context, rendering, &report)?;
     bar.finish();
-    if !arguments.quiet {
+    if !quiet {
         say(&report.summary());
         outputs.paths().for_each(|path| say(&format!("wrote {}", path.display())));
     }
-    failure.map_or(Ok(()), Err)?;
-    if let Some(found) = report.non_finite() {
-        say(&format!("error: {found}"));
-        return Ok(ExitCode::from(super::NOT_FINITE));
-    }
-    Ok(code)
+    report.non_finite().iter().for_each(|found| say(&format!("error: {found}")));
+    Ok(report.non_finite().is_none())
 }
 
 fn outputs(arguments: &RenderArguments) -> Result<Outputs> {

@@ -126,7 +126,7 @@ fn image_crops_scales_and_takes_layers() {
     assert_eq!((albedo.channels.len(), &albedo.attributes["layer"]), (3, &Attribute::Text("albedo".into())));
     let stored = |x: f32| (phototaxis::image::srgb::encode(x) * 255.0).round() as u8;
     assert_eq!(pixels(here.path(), "albedo.png").get_pixel(5, 5).0[1], stored(albedo.channels["G"][5 * 16 + 5]));
-    for layer in ["N", "Z", "samples", "variance", "albedo.G"] {
+    for layer in ["beauty", "N", "Z", "samples", "variance", "albedo.G"] {
         run(here.path(), 0, &["image", "a.exr", "-o", "layer.png", "--layer", layer]);
     }
     run(here.path(), 0, &["image", "a.exr", "-o", "normals.png", "--layer", "N"]);

@@ -61,7 +61,8 @@ fn a_large_picture_is_answered_for_in_the_middle_of_its_pass() {
     let small = read_layers(&here.path().join("small.exr")).unwrap();
     let mut render = vec![scene("cornell.toml").display().to_string()];
     render.extend(DEEP.map(String::from));
-    let large = ["--set", "film.width=3840", "--set", "film.height=2160", "--time", "600", "-o", "a.exr"];
+    // what is heard is the answer and no line about progress
+    let large = ["--size", "3840x2160", "--time", "600", "-o", "a.exr", "--progress", "none"];
     render.extend(large.map(String::from));
     for signals in [&["INT"][..], &["INT", "TERM"]] {
         let mut render = Running::start(here.path(), &render);
