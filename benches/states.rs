@@ -7,7 +7,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{Quat, Vec3};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use phototaxis::guiding::voronoi::{Facet, Site, Voronoi, sites_by_area, sites_from_visits};
+use phototaxis::guiding::spatial::voronoi::{Facet, Site, Voronoi, sites_by_area, sites_from_visits};
 use phototaxis::guiding::{Guide, PackedDirection, Recorder, StateKey, Transition};
 use phototaxis::math::rng::Rng;
 use std::collections::HashSet;

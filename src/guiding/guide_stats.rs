@@ -1,8 +1,8 @@
 //! How large a guide is, and how well known.
 
-use super::qtable::{Actions, State};
 use super::sdtree::LeafInfo;
 use super::{Guide, Kind};
+use crate::guiding::store::{Actions, State};
 use serde::Serialize;
 
 /// Figures over all states of a guide.

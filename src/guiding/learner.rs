@@ -1,12 +1,14 @@
 //! The learner: owns the Q-table, has its shards learn, and cuts and drops what is in it between iterations.
 
-use super::qtable::{Actions, Entry, Fraction, ReturnMoments, Shard, State, bytes_besides_actions, bytes_of_strata};
 use super::recorder::{Recorder, SHARDS, Transition, shard_of};
-use super::states::{StateKey, States};
-use super::strata::{Domain, Strata};
-use super::tree::{Cells, FAN, TreeShape, bytes_per_node};
 use super::update_job::{Rules, UpdateJob};
+use crate::guiding::directional::bins::strata::{Domain, Strata};
+use crate::guiding::directional::hemitree::{Cells, FAN, TreeShape, bytes_per_node};
 use crate::guiding::settings::{DirectionTable, GuidingSettings, Rate};
+use crate::guiding::spatial::{StateKey, States};
+use crate::guiding::store::{
+    Actions, Entry, Fraction, ReturnMoments, Shard, State, bytes_besides_actions, bytes_of_strata,
+};
 use crate::math::Frame;
 use glam::Vec3;
 use rayon::prelude::*;

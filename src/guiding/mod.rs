@@ -2,43 +2,38 @@
 //!
 //! A *state* is where a path vertex lies, an *action* the stratum of the hemisphere into which the path goes on,
 //! Q(s, a) the radiance (luminance) that arrives at s from a. Tiles record transitions, [`UpdateJob`]s fold them
-//! into the [`learner`]'s [`qtable`], and a [`Field`] is the frozen snapshot that an iteration samples from. An
+//! into the [`learner`]'s [`store`], and a [`Field`] is the frozen snapshot that an iteration samples from. An
 //! [`sdtree`] does both in a way of its own.
 //! Nothing here knows of materials, integrators or Embree.
 
-mod direction;
-mod distribution;
+mod bsdf_fraction;
+pub mod directional;
 mod guide_stats;
-mod lanes;
 pub mod learner;
+mod packed_direction;
+mod persist;
 mod ppg;
-pub mod qtable;
 pub mod recorder;
-mod refine;
+mod refinement;
 mod region_index;
-mod rows;
 pub mod sdtree;
 pub mod settings;
-mod site_placement;
 mod snapshot;
-pub mod states;
-mod stored;
-pub mod strata;
+pub mod spatial;
+pub mod store;
 mod tables;
-pub mod tree;
 mod update_job;
 mod view;
-pub mod voronoi;
 
-pub use direction::PackedDirection;
-pub use distribution::GuidingDistribution;
+pub use directional::distribution::GuidingDistribution;
+pub use directional::guide_lanes::GuideLanes;
+pub use directional::hemitree::Node;
 pub use guide_stats::{GuideStats, HistogramBin};
-pub use lanes::GuideLanes;
+pub use packed_direction::PackedDirection;
+pub use persist::Stored;
 pub use recorder::{Recorder, Transition};
 pub use snapshot::RegionInfo;
-pub use states::StateKey;
-pub use stored::Stored;
-pub use tree::Node;
+pub use spatial::StateKey;
 pub use update_job::UpdateJob;
 pub use view::StateView;
 
@@ -46,9 +41,9 @@ use crate::guiding::settings::{GuidingMethod, GuidingSettings};
 use crate::simd::{LANES, Vec3Lanes};
 use glam::Vec3;
 use ppg::PpgGuide;
-use site_placement::SitePlacement;
 use snapshot::Snapshot;
-use states::{Adaptive, Grid, States};
+use spatial::voronoi::placement::SitePlacement;
+use spatial::{Adaptive, Grid, States};
 use tables::Tables;
 
 /// Divisor of the memory budget: the coarse cells of an adaptive grid take at most 1/8 of it.

@@ -1,12 +1,12 @@
 //! The SD-tree as a guide: its leaves are the states, and what they learn is what whole paths brought.
 
-use super::distribution::GuidingDistribution;
-use super::qtable::ReturnMoments;
 use super::recorder::{Recorder, SHARDS, Transition};
 use super::sdtree::{LeafInfo, Sample, SdTree, SdTreeSettings, encode};
 use super::snapshot::RegionInfo;
-use super::states::StateKey;
+use crate::guiding::directional::distribution::GuidingDistribution;
 use crate::guiding::settings::GuidingSettings;
+use crate::guiding::spatial::StateKey;
+use crate::guiding::store::ReturnMoments;
 use glam::Vec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;

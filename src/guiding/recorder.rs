@@ -1,7 +1,7 @@
 //! What a tile learnt: transitions, in the order of its paths, sorted only by the shard that will read them.
 
-use super::direction::PackedDirection;
-use super::states::StateKey;
+use crate::guiding::packed_direction::PackedDirection;
+use crate::guiding::spatial::StateKey;
 use crate::math::rng::mix;
 use glam::Vec3;
 

@@ -1,7 +1,7 @@
 //! The hash of a snapshot: which row a state's summary is.
 
 use super::snapshot::RegionInfo;
-use super::states::StateKey;
+use crate::guiding::spatial::StateKey;
 use crate::math::rng::mix;
 
 /// Open addressing with linear probing, at most half full; `EMPTY` ends a probe. Keys lie with the summaries, which a

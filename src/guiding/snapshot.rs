@@ -1,15 +1,15 @@
 //! The frozen tables: what sampling and pdf read during an iteration, and nothing changes.
 
-use super::distribution::{Directions, GuidingDistribution};
 use super::learner::{Learner, Table};
-use super::qtable::{Actions, Entry, ReturnMoments, State};
 use super::region_index::RegionIndex;
-use super::rows::{estimates, strata_row};
 use super::sdtree::LeafInfo;
-use super::states::{StateKey, States};
-use super::strata::{Domain, Strata};
-use super::tree::{Node, Totals};
+use crate::guiding::directional::bins::rows::{estimates, strata_row};
+use crate::guiding::directional::bins::strata::{Domain, Strata};
+use crate::guiding::directional::distribution::{Directions, GuidingDistribution};
+use crate::guiding::directional::hemitree::{Node, Totals};
 use crate::guiding::settings::GuideSampling;
+use crate::guiding::spatial::{StateKey, States};
+use crate::guiding::store::{Actions, Entry, ReturnMoments, State};
 use crate::simd::{LANES, Vec3Lanes};
 use glam::Vec3;
 use rayon::prelude::*;

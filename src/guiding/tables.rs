@@ -2,13 +2,13 @@
 
 use super::learner::{Learner, Table};
 use super::recorder::Recorder;
-use super::refine;
-use super::site_placement::SitePlacement;
+use super::refinement;
 use super::snapshot::{SamplingOptions, Snapshot};
-use super::states::States;
 use super::update_job::UpdateJob;
-use super::voronoi::Voronoi;
 use crate::guiding::settings::GuidingSettings;
+use crate::guiding::spatial::States;
+use crate::guiding::spatial::voronoi::Voronoi;
+use crate::guiding::spatial::voronoi::placement::SitePlacement;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub struct Tables {
     pub(super) learner: Learner,
     /// An iteration ended, and the next one has not begun to learn: only then do earlier visits fade.
     pub(super) ended: bool,
-    refinement: refine::Limits,
+    refinement: refinement::Limits,
     /// While there are no sites.
     placing: Option<SitePlacement>,
     /// Bytes for states and tables.
@@ -45,7 +45,7 @@ impl Tables {
         let left = memory.saturating_sub(states.bytes());
         let learner = Learner::new(table.clone(), states.oriented(), settings.rate, left);
         let field = Snapshot::empty(states.clone(), table, usage);
-        let refinement = refine::Limits { visits: settings.refine_visits, difference: settings.refine_difference };
+        let refinement = refinement::Limits { visits: settings.refine_visits, difference: settings.refine_difference };
         Tables { states, field, learner, ended: false, refinement, placing, memory }
     }
 
@@ -85,7 +85,7 @@ impl Tables {
             self.place(voronoi);
         }
         if let States::Adaptive(adaptive) = &mut self.states {
-            refine::refine(adaptive, &mut self.learner, self.refinement);
+            refinement::refine(adaptive, &mut self.learner, self.refinement);
         }
         self.learner.refine_actions();
         self.refresh();

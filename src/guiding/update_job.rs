@@ -1,12 +1,12 @@
 //! What one shard of the table learns from transitions: the innermost loop of learning.
 
-use super::direction::PackedDirection;
 use super::learner::{Table, in_table};
-use super::qtable::{Actions, Entry, Fraction, ReturnMoments, Shard, State};
 use super::recorder::{Recorder, Transition};
-use super::states::States;
-use super::tree::{CellCoords, spots};
+use crate::guiding::directional::hemitree::{CellCoords, spots};
+use crate::guiding::packed_direction::PackedDirection;
 use crate::guiding::settings::Rate;
+use crate::guiding::spatial::States;
+use crate::guiding::store::{Actions, Entry, Fraction, ReturnMoments, Shard, State};
 use crate::simd::{LANES, Vec3Lanes};
 
 /// What is the same for all shards.

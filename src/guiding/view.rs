@@ -3,11 +3,11 @@
 use super::Guide;
 use super::Kind;
 use super::learner::{Table, in_table};
-use super::qtable::{Actions, State};
-use super::rows::estimates;
 use super::sdtree::Quadtree;
-use super::states::StateKey;
 use super::tables::Tables;
+use crate::guiding::directional::bins::rows::estimates;
+use crate::guiding::spatial::StateKey;
+use crate::guiding::store::{Actions, State};
 use crate::math::Frame;
 use glam::Vec3;
 use std::f32::consts::PI;

@@ -6,25 +6,21 @@
 //! [`SdTree::end_iteration`] turns what they built into the next snapshot. A snapshot knows one iteration only:
 //! iterations are meant to double, each as long as all before it together.
 
-mod building;
-mod directional;
-mod fraction;
 mod refine;
-mod spatial;
 mod stored;
 #[cfg(test)]
 mod tests;
 
-pub use directional::{Quadtree, encode};
+pub use crate::guiding::directional::quadtree::frozen::{Quadtree, encode};
 pub use stored::StoredTree;
 
-use building::Building;
-use directional::{MAX_LEVELS, Node};
-use fraction::Fraction;
+use crate::guiding::bsdf_fraction::Fraction;
+use crate::guiding::directional::quadtree::building::Building;
+use crate::guiding::directional::quadtree::frozen::{MAX_LEVELS, Node};
+use crate::guiding::spatial::kd_tree::SpatialTree;
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use spatial::SpatialTree;
 use std::f64::consts::PI;
 
 /// How a tree grows; the defaults are Müller's.

@@ -1,9 +1,9 @@
 //! Between iterations: what was learnt becomes the snapshot, and the trees follow it, within the memory there is.
 
-use super::building::{Building, Fineness};
-use super::directional::{Branch, Node};
-use super::spatial::{MAX_DEPTH, SpatialTree};
 use super::{Frozen, Learner, SdTree, SdTreeSettings};
+use crate::guiding::directional::quadtree::building::{Building, Fineness};
+use crate::guiding::directional::quadtree::frozen::{Branch, Node};
+use crate::guiding::spatial::kd_tree::{MAX_DEPTH, SpatialTree};
 use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

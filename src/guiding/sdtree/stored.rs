@@ -1,9 +1,9 @@
 //! A tree in a file: all that it has learnt, and whether what is read can be such.
 
-use super::building::Building;
-use super::directional::Node;
-use super::fraction::Fraction;
 use super::{Frozen, Learner, SdTree};
+use crate::guiding::bsdf_fraction::Fraction;
+use crate::guiding::directional::quadtree::building::Building;
+use crate::guiding::directional::quadtree::frozen::Node;
 use crate::math::is_amount;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;

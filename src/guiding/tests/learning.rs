@@ -50,8 +50,7 @@ fn values_stay_finite_and_never_fall_below_zero() {
                 let transitions = random_transitions(&mut rng, &guide, 20_000);
                 learn_all(&mut guide, &transitions, 1000);
                 guide.end_iteration();
-                let holds =
-                    |e: &qtable::Entry| e.q.is_finite() && e.q >= 0.0 && e.visits.is_finite() && e.visits >= 0.0;
+                let holds = |e: &store::Entry| e.q.is_finite() && e.q >= 0.0 && e.visits.is_finite() && e.visits >= 0.0;
                 for state in guide.learner.states() {
                     assert!(state.entries().iter().all(holds), "{table:?}, {rate:?}");
                     let r = state.returns;
@@ -121,13 +120,13 @@ fn light_scaled_by_a_power_of_two_scales_every_bit() {
 
 /// Whether `b` is `a` under light that is `scale` times as bright.
 fn scaled_alike(a: &Guide, b: &Guide, scale: f32) -> bool {
-    let learnt = |(old, new): (&qtable::State, &qtable::State)| {
+    let learnt = |(old, new): (&store::State, &store::State)| {
         let entries = old.entries().iter().zip(new.entries()).all(|(a, b)| a.q * scale == b.q && a.visits == b.visits);
         let (r, s) = (old.returns, new.returns);
         let returns = r.mean * scale == s.mean && r.square * (scale * scale) == s.square && r.rays == s.rays;
         old.key == new.key && entries && returns && old.fraction.logit == new.fraction.logit
     };
-    let frozen = |state: &qtable::State| match [a, b].map(|guide| guide.field().summary(state.key)) {
+    let frozen = |state: &store::State| match [a, b].map(|guide| guide.field().summary(state.key)) {
         [None, None] => true,
         [Some(x), Some(y)] => {
             let densities = |guide: &Guide, known: &RegionInfo| {
@@ -180,7 +179,7 @@ fn returns_are_moments_of_the_irradiance_s_estimate() {
         [one(2.0, 0.5, 1.0, 3.0), one(0.0, 0.5, 1.0, 1.0), one(4.0, 0.25, 0.125, 5.0), one(9.0, 1.0, 0.0, 9.0)],
     );
     let returns = guide.learner.get(key).unwrap().returns;
-    assert_eq!(returns, qtable::ReturnMoments { weight: 3.0, mean: 2.0, square: 20.0 / 3.0, rays: 3.0 });
+    assert_eq!(returns, store::ReturnMoments { weight: 3.0, mean: 2.0, square: 20.0 / 3.0, rays: 3.0 });
 }
 
 /// Where BSDF and guide each have two halves of the directions, the learnt share goes to whichever is right.
@@ -245,7 +244,7 @@ fn memory_stays_within_its_bound() {
             // an empty snapshot has a table of two slots
             assert!(held <= guide.bytes() + 32 + cells, "{held} bytes are held, {} are admitted", guide.bytes());
             // the room is used: shards fill unevenly, but not by half
-            let one = qtable::bytes_besides_actions() + bytes_of_directions(table);
+            let one = store::bytes_besides_actions() + bytes_of_directions(table);
             let room = (memory as usize / 32 / one * 32).min(met.len()) * one;
             assert!(method != GuidingMethod::Grid || 2 * guide.bytes() >= room, "{} bytes of {room}", guide.bytes());
         }
@@ -255,15 +254,15 @@ fn memory_stays_within_its_bound() {
 /// Of a table as it begins, with four strata along a side.
 fn bytes_of_directions(table: DirectionTable) -> usize {
     match table {
-        DirectionTable::Hemisphere => qtable::bytes_of_strata(16),
-        DirectionTable::Sphere => qtable::bytes_of_strata(32),
-        DirectionTable::Tree => tree::bytes_per_node(),
+        DirectionTable::Hemisphere => store::bytes_of_strata(16),
+        DirectionTable::Sphere => store::bytes_of_strata(32),
+        DirectionTable::Tree => crate::guiding::directional::hemitree::bytes_per_node(),
     }
 }
 
 /// Bytes of the states, of the hash at its least load, and of the snapshot.
 fn held_bytes(guide: &Guide) -> usize {
-    let state = |state: &qtable::State| size_of::<qtable::State>() + size_of_val(state.entries());
+    let state = |state: &store::State| size_of::<store::State>() + size_of_val(state.entries());
     guide.learner.states().map(state).sum::<usize>() + guide.field().bytes()
 }
 

@@ -8,14 +8,14 @@ mod states;
 mod trees;
 
 use super::learner::Table;
-use super::strata::{Domain, Strata};
 use super::tables::Tables as Guide;
 use super::*;
+use crate::guiding::directional::bins::strata::{Domain, Strata};
+use crate::guiding::directional::hemitree::TreeShape;
 use crate::guiding::settings::{DirectionTable, Rate};
 use crate::math::Frame;
 use crate::math::rng::Rng;
 use crate::math::warp;
-use tree::TreeShape;
 
 /// A guide of a cube of side 1: a grid of strata of the hemisphere, at the vanishing rate, unless changed.
 fn guide(change: impl FnOnce(&mut GuidingSettings)) -> Guide {
@@ -102,7 +102,7 @@ fn look_around(
 
 /// All that a learner knows, in bits.
 fn contents(guide: &Guide) -> Vec<(StateKey, Vec<u32>)> {
-    let bits = |state: &qtable::State| {
+    let bits = |state: &store::State| {
         let entries = state.entries().iter().flat_map(|e| [e.q, e.visits]);
         let (r, f) = (state.returns, state.fraction);
         let rest = [state.visits, state.fresh, r.weight, r.mean, r.square, r.rays, f.logit, f.first, f.second];
@@ -112,7 +112,7 @@ fn contents(guide: &Guide) -> Vec<(StateKey, Vec<u32>)> {
 }
 
 /// The entries of a state.
-fn row(guide: &Guide, key: StateKey) -> Vec<qtable::Entry> {
+fn row(guide: &Guide, key: StateKey) -> Vec<store::Entry> {
     guide.learner.get(key).expect("the state is in the table").entries().to_vec()
 }
 

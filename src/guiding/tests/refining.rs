@@ -91,11 +91,9 @@ fn parts_know_what_the_whole_knew_and_those_never_met_are_dropped() {
     for part in &parts {
         let part = guide.learner.get(*part).expect("all eight are there");
         assert_eq!((part.visits, part.fresh, part.normal), (0.25 * whole.visits, 0.0, whole.normal));
-        assert_eq!(part.returns, qtable::ReturnMoments { weight: 0.25 * whole.returns.weight, ..whole.returns });
+        assert_eq!(part.returns, store::ReturnMoments { weight: 0.25 * whole.returns.weight, ..whole.returns });
         assert_eq!(part.fraction, whole.fraction);
-        let (qtable::Actions::Tree(old), qtable::Actions::Tree(new)) = (&whole.actions, &part.actions) else {
-            panic!()
-        };
+        let (store::Actions::Tree(old), store::Actions::Tree(new)) = (&whole.actions, &part.actions) else { panic!() };
         // few visits lean a little more towards the mean
         for (old, new) in shape.profile(old).iter().zip(shape.profile(new)) {
             assert!((new - old).abs() < 0.03 * old, "{new}, not {old}");

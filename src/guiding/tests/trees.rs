@@ -2,11 +2,11 @@
 
 use super::directions::{chi2, turned};
 use super::*;
+use crate::guiding::directional::hemitree::Cells;
 use crate::math::rng::Rng;
 use crate::simd::{self, LANES, Vec3Lanes};
 use crate::stats::{Domain as Whole, chi2_discrete, sidak};
 use proptest::prelude::*;
-use tree::Cells;
 
 /// Smallest cells along the side of the square.
 const FINE: usize = 64;
@@ -59,7 +59,7 @@ fn learnt(rng: &mut Rng, shape: &TreeShape, lobe: &Lobe, visits: usize) -> Cells
     cells
 }
 
-fn frozen(shape: &TreeShape, cells: &Cells) -> Vec<tree::Node> {
+fn frozen(shape: &TreeShape, cells: &Cells) -> Vec<crate::guiding::Node> {
     let mut nodes = Vec::new();
     shape.freeze(cells, &|q, cos| q * cos, &mut nodes);
     nodes
@@ -95,14 +95,18 @@ fn cells_are_drawn_as_often_as_their_density_says() {
         let cells = learnt(&mut rng, &shape, &lobe, 5000);
         let nodes = frozen(&shape, &cells);
         let solid_angle = std::f64::consts::TAU / (FINE * FINE) as f64;
-        let pmf: Vec<f64> = fine().map(|w| tree::pdf(&nodes, w) as f64 * solid_angle).collect();
+        let pmf: Vec<f64> =
+            fine().map(|w| crate::guiding::directional::hemitree::pdf(&nodes, w) as f64 * solid_angle).collect();
         assert!((pmf.iter().sum::<f64>() - 1.0).abs() < 1e-5, "the density integrates to one");
         let mut counts = vec![0; FINE * FINE];
         for _ in 0..100_000 {
             // away from the borders of cells, where rounding decides
             let inside = rng.f32x2().map(|u| 0.005 + 0.99 * u);
-            let (w, density) = tree::sample(&nodes, rng.f64(), inside);
-            assert!((density / tree::pdf(&nodes, w) - 1.0).abs() < 1e-5, "drawn with the density asked for");
+            let (w, density) = crate::guiding::directional::hemitree::sample(&nodes, rng.f64(), inside);
+            assert!(
+                (density / crate::guiding::directional::hemitree::pdf(&nodes, w) - 1.0).abs() < 1e-5,
+                "drawn with the density asked for"
+            );
             let [x, y] = warp::uniform_hemisphere_to_square(w).map(|u| (u * FINE as f32) as usize);
             counts[y * FINE + x] += 1;
         }
@@ -111,7 +115,8 @@ fn cells_are_drawn_as_often_as_their_density_says() {
         // another tree's density
         let other =
             frozen(&shape, &learnt(&mut rng, &shape, &Lobe { sharpness: 1.5 * lobe.sharpness + 1.0, ..lobe }, 5000));
-        let wrong: Vec<f64> = fine().map(|w| tree::pdf(&other, w) as f64 * solid_angle).collect();
+        let wrong: Vec<f64> =
+            fine().map(|w| crate::guiding::directional::hemitree::pdf(&other, w) as f64 * solid_angle).collect();
         assert!(!chi2_discrete(&counts, &wrong).passes(1e-6), "{lobe:?}: a sharper lobe goes unseen");
     }
 }
@@ -188,14 +193,14 @@ fn what_is_learnt_of_a_direction_is_drawn_there() {
         let w = warp::square_to_uniform_hemisphere(square);
         let mut spike = cells.clone();
         for v in fine() {
-            *spike.entry_mut(v).unwrap() = qtable::Entry { q: 0.0, visits: 1e9 };
+            *spike.entry_mut(v).unwrap() = store::Entry { q: 0.0, visits: 1e9 };
         }
         let own = spike.entry_mut(w).unwrap();
-        *own = qtable::Entry { q: 1e9, visits: 1e9 };
+        *own = store::Entry { q: 1e9, visits: 1e9 };
         let own = std::ptr::from_mut(own) as usize;
         let size = entries_of(&mut spike).iter().filter(|&&entry| entry == own).count();
         let expected = (FINE * FINE) as f32 / (size as f32 * std::f32::consts::TAU);
-        let pdf = tree::pdf(&frozen(&shape, &spike), w);
+        let pdf = crate::guiding::directional::hemitree::pdf(&frozen(&shape, &spike), w);
         assert!((pdf / expected - 1.0).abs() < 0.05, "{square:?}: {pdf} in a cell of {size}, not {expected}");
     }
     let sizes: std::collections::HashSet<usize> =
@@ -267,7 +272,7 @@ fn a_known_radiance_is_approached() {
             cells[k].entries.iter_mut().for_each(|e| e.visits *= 0.5);
             look(&mut cells[k], &mut rng, &lobe, 50 << round);
             let nodes = frozen(&shapes[k], &cells[k]);
-            errors[k] = astray(&lobe, |w| tree::pdf(&nodes, w));
+            errors[k] = astray(&lobe, |w| crate::guiding::directional::hemitree::pdf(&nodes, w));
         }
         println!("{:7}: {:.3} ({} nodes), {:.3}", 50 << round, errors[0], cells[0].nodes(), errors[1]);
     }
@@ -282,10 +287,13 @@ fn nodes_and_bytes_are_bounded() {
     let mut rng = Rng::new(7);
     let lobe = Lobe { axis: Vec3::Z, sharpness: 0.1 };
     let all = learnt(&mut rng, &TreeShape::new(0.0, 0.0), &lobe, 5000);
-    assert_eq!((all.nodes(), all.bytes()), (ALL_NODES, ALL_NODES * tree::bytes_per_node()));
+    assert_eq!(
+        (all.nodes(), all.bytes()),
+        (ALL_NODES, ALL_NODES * crate::guiding::directional::hemitree::bytes_per_node())
+    );
     assert_eq!(all.entries.len(), 16 * all.nodes());
     assert_eq!(frozen(&TreeShape::new(0.0, 0.0), &all).len(), all.nodes());
-    assert_eq!(size_of::<tree::Node>(), 64, "one cache line");
+    assert_eq!(size_of::<crate::guiding::Node>(), 64, "one cache line");
     for share in [0.5, 0.1, 0.03, 0.01] {
         let most = 1 + (2.0 / share) as usize;
         for _ in 0..10 {
@@ -303,8 +311,8 @@ fn nodes_and_bytes_are_bounded() {
 fn nothing_known_is_drawn_from_evenly() {
     let shape = TreeShape::new(0.02, 32.0);
     let nodes = frozen(&shape, &Cells::new());
-    assert!(fine().all(|w| (tree::pdf(&nodes, w) * std::f32::consts::TAU - 1.0).abs() < 1e-6));
-    assert_eq!(tree::pdf(&nodes, -Vec3::Z), 0.0);
+    assert!(fine().all(|w| (crate::guiding::directional::hemitree::pdf(&nodes, w) * std::f32::consts::TAU - 1.0).abs() < 1e-6));
+    assert_eq!(crate::guiding::directional::hemitree::pdf(&nodes, -Vec3::Z), 0.0);
 }
 
 proptest! {
@@ -324,7 +332,7 @@ proptest! {
             cells = shape.refine(&cells);
             let (old, new) = (weight(&before), weight(&cells));
             prop_assert!((new - old).abs() <= 1e-4 * old, "{} visits became {}", old, new);
-            let values = |cells: &Cells| -> Vec<qtable::Entry> {
+            let values = |cells: &Cells| -> Vec<store::Entry> {
                 let mut cells = cells.clone();
                 fine().map(|w| *cells.entry_mut(w).unwrap()).collect()
             };
@@ -336,7 +344,7 @@ proptest! {
                 }
             }
             let nodes = frozen(&shape, &cells);
-            let mass: f64 = fine().map(|w| tree::pdf(&nodes, w) as f64).sum::<f64>() * std::f64::consts::TAU / 4096.0;
+            let mass: f64 = fine().map(|w| crate::guiding::directional::hemitree::pdf(&nodes, w) as f64).sum::<f64>() * std::f64::consts::TAU / 4096.0;
             prop_assert!((mass - 1.0).abs() < 1e-4, "mass {}", mass);
             cells.entries.iter_mut().for_each(|e| e.visits *= fade);
         }

@@ -6,9 +6,9 @@ mod learning;
 mod space;
 
 use super::*;
+use crate::guiding::directional::quadtree::frozen::Branch;
 use crate::math::rng::Rng;
 use crate::math::warp::{UNIFORM_SPHERE_PDF, square_to_uniform_sphere};
-use directional::Branch;
 
 /// A tree over the unit cube with all the memory it wants.
 fn tree(change: impl FnOnce(&mut SdTreeSettings)) -> SdTree {

@@ -1,9 +1,9 @@
 //! The spatial tree: which leaf a point is in.
 
 use super::*;
+use crate::guiding::spatial::kd_tree::{Cell, SpatialTree};
 use crate::math::rng::Rng;
 use proptest::prelude::*;
-use spatial::{Cell, SpatialTree};
 
 /// A tree over a box, with `splits` random leaves halved.
 fn grown(rng: &mut Rng, low: Vec3, high: Vec3, splits: u32) -> SpatialTree {

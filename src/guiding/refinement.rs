@@ -2,10 +2,10 @@
 //! there must be room.
 
 use super::learner::Learner;
-use super::qtable::{ReturnMoments, Shard, State};
 use super::recorder::shard_of;
-use super::states::{Adaptive, StateKey};
-use super::tree::FAN;
+use crate::guiding::directional::hemitree::FAN;
+use crate::guiding::spatial::{Adaptive, StateKey};
+use crate::guiding::store::{ReturnMoments, Shard, State};
 use rayon::prelude::*;
 
 /// What it takes to cut a cell.

@@ -1,9 +1,9 @@
 //! How trees grow, and what becomes of them in a snapshot.
 
-use super::place::Place;
+use super::square::Place;
 use super::{Cells, DEPTH, FAN, MAX_NODES, Node, SIDE, WHOLE};
-use crate::guiding::qtable::Entry;
-use crate::guiding::strata::mean_cosine;
+use crate::guiding::directional::bins::strata::mean_cosine;
+use crate::guiding::store::Entry;
 
 /// What is the same for all trees.
 #[derive(Clone, Debug)]

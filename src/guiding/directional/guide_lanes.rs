@@ -1,8 +1,8 @@
 //! What the guide proposes at the vertices of a packet, side by side.
 
-use super::GuidingDistribution;
-use super::distribution::Directions;
-use super::tree::{self, Node};
+use crate::guiding::GuidingDistribution;
+use crate::guiding::directional::distribution::Directions;
+use crate::guiding::directional::hemitree::{self, Node};
 use crate::math::Frame;
 use crate::math::warp;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, mask};
@@ -72,13 +72,13 @@ impl<'f> GuideLanes<'f> {
             [square[0][k], square[1][k]] = warp::uniform_hemisphere_to_square(local);
             z[k] = local.z;
         }
-        tree::densities(&self.nodes, &square, asked & self.is & mask(|k| z[k] >= 0.0), pdf);
+        hemitree::densities(&self.nodes, &square, asked & self.is & mask(|k| z[k] >= 0.0), pdf);
     }
 
     /// As [`GuidingDistribution::sample`] for the vertices that are to draw, which have trees; `w` of others is any direction.
     #[inline(never)]
     pub fn sample(&self, draws: Mask, u: &[f64; LANES], inside: &[Lanes; 2], w: &mut Vec3Lanes, pdf: &mut Lanes) {
-        let cells = tree::draw_lanes(&self.nodes, draws, *u, pdf);
+        let cells = hemitree::draw_lanes(&self.nodes, draws, *u, pdf);
         let mut square = [[0.0; LANES]; 2];
         for k in 0..LANES {
             [square[0][k], square[1][k]] = cells[k].point([inside[0][k], inside[1][k]]);

@@ -1,7 +1,7 @@
 //! The quadtree that is being learnt: energy by direction, and how its cells follow it.
 
-use super::SdTreeSettings;
-use super::directional::{Branch, MAX_LEVELS, MAX_NODES, Node, are_in_order};
+use super::frozen::{Branch, MAX_LEVELS, MAX_NODES, Node, are_in_order};
+use crate::guiding::sdtree::SdTreeSettings;
 use crate::math::is_amount;
 use serde::{Deserialize, Serialize};
 

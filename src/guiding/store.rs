@@ -1,7 +1,7 @@
 //! The Q-table: stores what is known by state and action, and does nothing else.
 
-use super::states::StateKey;
-use super::tree::Cells;
+use crate::guiding::directional::hemitree::Cells;
+use crate::guiding::spatial::StateKey;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};

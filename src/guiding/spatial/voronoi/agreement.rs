@@ -1,6 +1,6 @@
 //! Which normals agree, one by one and bin by bin.
 
-use crate::guiding::states::{FACE, NORMALS, bin_normal, normal_bin};
+use crate::guiding::spatial::normal_bins::{FACE, NORMALS, bin_normal, normal_bin};
 use glam::Vec3;
 use std::sync::LazyLock;
 

@@ -3,22 +3,22 @@
 //! It is the quadtree of Müller et al. (2017) two levels at a time: a node of 16 cells is drawn from with one vector
 //! comparison, and what sampling reads of it is one cache line.
 
-mod cells;
 mod lanes;
-mod leaves;
-mod place;
+mod leaf_index;
+mod learnt;
 mod shape;
+mod square;
 
-pub use cells::Cells;
 pub use lanes::{densities, draw as draw_lanes};
-pub use leaves::{LeafIndex, leaves};
-pub use place::{CellCoords, spots};
+pub use leaf_index::{LeafIndex, leaves};
+pub use learnt::Cells;
 pub use shape::{Totals, TreeShape};
+pub use square::{CellCoords, spots};
 
-use super::qtable::Entry;
+use crate::guiding::store::Entry;
 use crate::math::warp;
 use glam::Vec3;
-use place::{Place, cell_at, cells_of};
+use square::{Place, cell_at, cells_of};
 use std::f32::consts::TAU;
 
 /// Cells along the side of a node.

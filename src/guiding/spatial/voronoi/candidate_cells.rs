@@ -8,7 +8,7 @@
 //! difference of squared distances is linear.
 
 use super::agreement::{Bin, Bins, agree, bin};
-use super::kdtree::Tree;
+use super::site_tree::Tree;
 use crate::math::Frame;
 use crate::math::rng::mix;
 use glam::{UVec3, Vec3};

@@ -3,7 +3,8 @@
 //! A state is a cell together with a quantised normal. The normal is the *facing* one, flipped to the side the path
 //! came from, so corners and the two sides of a thin sheet never share a table.
 
-use super::{StateKey, jittered, lay, normal_bin, pack};
+use super::normal_bins::normal_bin;
+use super::{StateKey, jittered, lay, pack};
 use crate::simd::{LANES, Vec3Lanes};
 use glam::Vec3;
 

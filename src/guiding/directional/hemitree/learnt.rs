@@ -1,8 +1,8 @@
 //! What the learner keeps of a state's directions.
 
-use super::place::{cell_at, coordinates};
+use super::square::{cell_at, coordinates};
 use super::{DEPTH, FAN, bytes_per_node};
-use crate::guiding::qtable::Entry;
+use crate::guiding::store::Entry;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! The trees of a packet, walked level by level, each for all before the next: how deep a tree is cannot be guessed, and
 //! one guess for all lanes is lost less often than one for each.
 
-use super::place::{Place, cell_at, cells_of};
+use super::square::{Place, cell_at, cells_of};
 use super::{DEPTH, Node, concentration};
 use crate::simd::{LANES, Lanes, Mask, each, pick};
 use std::f32::consts::TAU;

@@ -1,9 +1,9 @@
 //! Where Voronoi sites go, and until when there are none.
 
-use super::learner::Table;
-use super::states::States;
-use super::voronoi::{Facet, Voronoi, sites_by_area, sites_from_visits};
+use crate::guiding::learner::Table;
 use crate::guiding::settings::{GuidingSettings, Placement};
+use crate::guiding::spatial::States;
+use crate::guiding::spatial::voronoi::{Facet, Voronoi, sites_by_area, sites_from_visits};
 use glam::Vec3;
 use std::sync::Arc;
 

@@ -1,6 +1,7 @@
 //! Cells that refine where it pays: the paper's future work 6.4.
 
-use super::{NORMAL_BITS, POSITION_BITS, StateKey, jittered, lay, normal_bin, pack};
+use super::normal_bins::normal_bin;
+use super::{NORMAL_BITS, POSITION_BITS, StateKey, jittered, lay, pack};
 use crate::simd::{LANES, Vec3Lanes, truncate};
 use glam::{UVec3, Vec3};
 

@@ -4,13 +4,14 @@
 //! than 60° apart); where no site of the scene agrees, it is the nearest of all. Equally near sites go by the lower
 //! index. So the two sides of a thin sheet never share a state as long as each has a site, wherever that lies.
 //!
-//! [`Tree`] finds that site in any case, in O(log n). [`cells`] remembers, for boxes near the surface, the few sites
+//! [`Tree`] finds that site in any case, in O(log n). [`candidate_cells`] remembers, for boxes near the surface, the few sites
 //! that can be the answer anywhere within: most look-ups are one probe of a hash and a handful of distances, and
 //! agree with the tree's to the bit.
 
 mod agreement;
-mod cells;
-mod kdtree;
+mod candidate_cells;
+pub mod placement;
+mod site_tree;
 mod sites;
 #[cfg(test)]
 mod tests;
@@ -18,10 +19,10 @@ mod tests;
 pub use sites::{Facet, sites_by_area, sites_from_visits};
 
 use crate::math::Frame;
-use cells::Cells;
+use candidate_cells::Cells;
 use glam::Vec3;
-use kdtree::Tree;
 use serde::{Deserialize, Serialize};
+use site_tree::Tree;
 
 /// Where a state sits: `p` in world space, `n` the unit normal of the side that it is for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,7 +40,7 @@ pub struct Voronoi {
 }
 
 /// Bytes of a frame, a site in the tree and its share of the nodes.
-const TREE_BYTES: usize = size_of::<Frame>() + kdtree::BYTES_PER_SITE;
+const TREE_BYTES: usize = size_of::<Frame>() + site_tree::BYTES_PER_SITE;
 
 impl Voronoi {
     /// States of `sites`; those that are not finite, or have no normal, are left out. `None` without any site.
@@ -49,7 +50,7 @@ impl Voronoi {
     /// make look-ups near them fast and change no answer.
     pub fn new(sites: Vec<Site>, samples: &[(Vec3, Vec3)]) -> Option<Voronoi> {
         let sites: Vec<Site> = sites.into_iter().filter_map(valid).collect();
-        if sites.is_empty() || sites.len() > cells::MAX_SITES {
+        if sites.is_empty() || sites.len() > candidate_cells::MAX_SITES {
             return None;
         }
         let tree = Tree::new(sites);
@@ -110,7 +111,7 @@ impl Voronoi {
 
     /// What a site adds to [`Self::bytes`] at most, a few pages of fixed cost aside.
     pub const fn bytes_per_site() -> usize {
-        TREE_BYTES + cells::BYTES_PER_SITE
+        TREE_BYTES + candidate_cells::BYTES_PER_SITE
     }
 }
 

@@ -1,10 +1,10 @@
 //! What the guide proposes at one path vertex.
 
-use super::sdtree::Quadtree;
-use super::snapshot::WHOLE;
-use super::strata::Strata;
-use super::tree::{self, LeafIndex, Node};
+use crate::guiding::directional::bins::strata::Strata;
+use crate::guiding::directional::hemitree::{self, LeafIndex, Node};
+use crate::guiding::directional::quadtree::frozen::Quadtree;
 use crate::guiding::settings::GuideSampling;
+use crate::guiding::snapshot::WHOLE;
 use crate::math::Frame;
 use crate::math::ONE_MINUS_EPSILON;
 use glam::Vec3;
@@ -21,7 +21,7 @@ pub struct GuidingDistribution<'f> {
 }
 
 #[derive(Clone, Debug)]
-pub(super) enum Directions<'f> {
+pub(in crate::guiding) enum Directions<'f> {
     /// A row as in `Field::rows`.
     Strata {
         strata: &'f Strata,
@@ -40,7 +40,7 @@ pub(super) enum Directions<'f> {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct WeighedTree<'f> {
+pub(in crate::guiding) struct WeighedTree<'f> {
     nodes: &'f [Node],
     leaves: LeafIndex,
     ends: Vec<f32>,
@@ -51,13 +51,13 @@ const WORLD: Frame = Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z };
 
 impl<'f> GuidingDistribution<'f> {
     #[inline]
-    pub(super) fn new(normal: Vec3, directions: Directions<'f>) -> GuidingDistribution<'f> {
+    pub(in crate::guiding) fn new(normal: Vec3, directions: Directions<'f>) -> GuidingDistribution<'f> {
         GuidingDistribution { frame: Frame::from_normal(normal), directions }
     }
 
     /// The hemisphere about `n` is taken out of a table over the sphere, stratum by stratum: what the paper blames for
     /// the sphere's cost.
-    pub(super) fn on_sphere(
+    pub(in crate::guiding) fn on_sphere(
         n: Vec3,
         strata: &'f Strata,
         q: &[f32],
@@ -85,12 +85,12 @@ impl<'f> GuidingDistribution<'f> {
             // its cells reach beyond any lobe's width, and it is the published method, which knows no product
             Directions::Quadtree(quadtree) => Directions::Quadtree(*quadtree),
             Directions::Tree(nodes) => {
-                tree::leaves(nodes, &mut add);
+                hemitree::leaves(nodes, &mut add);
                 Directions::WeighedTree(Box::new(WeighedTree { nodes, leaves: LeafIndex::new(nodes), ends }))
             }
             Directions::WeighedTree(tree) => {
                 let WeighedTree { nodes, ref leaves, .. } = **tree;
-                tree::leaves(nodes, &mut add);
+                hemitree::leaves(nodes, &mut add);
                 Directions::WeighedTree(Box::new(WeighedTree { nodes, leaves: leaves.clone(), ends }))
             }
             Directions::Strata { strata, row } => {
@@ -107,7 +107,7 @@ impl<'f> GuidingDistribution<'f> {
 
     /// As a leaf of an SD-tree has it.
     #[inline]
-    pub(super) fn in_leaf(quadtree: Quadtree<'f>) -> GuidingDistribution<'f> {
+    pub(in crate::guiding) fn in_leaf(quadtree: Quadtree<'f>) -> GuidingDistribution<'f> {
         GuidingDistribution { frame: WORLD, directions: Directions::Quadtree(quadtree) }
     }
 
@@ -117,7 +117,7 @@ impl<'f> GuidingDistribution<'f> {
     pub fn sample(&self, u: f64, inside: [f32; 2]) -> (Vec3, f32) {
         let (local, pdf) = match &self.directions {
             // the default's, in place; the others by a call
-            Directions::Tree(nodes) => tree::sample(nodes, u, inside),
+            Directions::Tree(nodes) => hemitree::sample(nodes, u, inside),
             directions => directions.sample(u, inside),
         };
         (self.frame.to_world(local), pdf)
@@ -128,7 +128,7 @@ impl<'f> GuidingDistribution<'f> {
     pub fn pdf(&self, w: Vec3) -> f32 {
         let local = self.frame.to_local(w);
         match &self.directions {
-            Directions::Tree(nodes) => tree::pdf(nodes, local),
+            Directions::Tree(nodes) => hemitree::pdf(nodes, local),
             directions => directions.pdf(local),
         }
     }
@@ -138,7 +138,7 @@ impl Directions<'_> {
     #[inline(never)]
     fn sample(&self, u: f64, inside: [f32; 2]) -> (Vec3, f32) {
         match self {
-            Directions::Tree(nodes) => tree::sample(nodes, u, inside),
+            Directions::Tree(nodes) => hemitree::sample(nodes, u, inside),
             Directions::Quadtree(quadtree) => {
                 let w = quadtree.sample(inside);
                 (w, quadtree.pdf(w))
@@ -161,7 +161,7 @@ impl Directions<'_> {
     #[inline(never)]
     fn pdf(&self, local: Vec3) -> f32 {
         match self {
-            Directions::Tree(nodes) => tree::pdf(nodes, local),
+            Directions::Tree(nodes) => hemitree::pdf(nodes, local),
             Directions::Quadtree(quadtree) => quadtree.pdf(local),
             Directions::Strata { strata, row } => {
                 let Some(k) = strata.index(local) else { return 0.0 };
@@ -185,8 +185,8 @@ fn stratum(strata: &Strata, row: &[u16], u: f64) -> usize {
     let columns = strata.columns();
     let (lines, starts) = row.split_at(strata.lines());
     let at = (u * WHOLE as f64) as u16;
-    let line = tree::begun(&lines[1..], at);
-    line * columns + tree::begun(&starts[line * columns + 1..(line + 1) * columns], at)
+    let line = hemitree::begun(&lines[1..], at);
+    line * columns + hemitree::begun(&starts[line * columns + 1..(line + 1) * columns], at)
 }
 
 /// Probability of stratum `k` in a row of `Field::rows`.

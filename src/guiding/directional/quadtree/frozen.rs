@@ -71,7 +71,7 @@ impl Branch {
 }
 
 /// Whether nodes with these branches, the root first, are a quadtree, breadth first, of no more levels than there can be.
-pub(super) fn are_in_order(branches: impl ExactSizeIterator<Item = Branch>) -> bool {
+pub(in crate::guiding) fn are_in_order(branches: impl ExactSizeIterator<Item = Branch>) -> bool {
     let count = branches.len();
     // how many nodes are known of, and the node at which each level ends
     let (mut known, mut level, mut end) = (1, 1, 1);
@@ -103,14 +103,14 @@ impl Node {
     }
 
     /// Whether these are the nodes of a quadtree, and their shares ones that can be drawn by.
-    pub(super) fn are_sound(nodes: &[Node]) -> bool {
+    pub(in crate::guiding) fn are_sound(nodes: &[Node]) -> bool {
         let shares = |node: &Node| [node.lower_x(), node.lower_y(0), node.lower_y(1)];
         nodes.iter().all(|node| shares(node).iter().all(|&share| share <= ONE))
             && are_in_order(nodes.iter().map(|node| node.branch()))
     }
 
     #[inline]
-    pub(super) fn branch(self) -> Branch {
+    pub(in crate::guiding) fn branch(self) -> Branch {
         Branch((self.0 >> (3 * SHARE_BITS)) as u32)
     }
 
@@ -128,7 +128,7 @@ impl Node {
 
     /// Density of quadrant (x, y) relative to that of the node.
     #[inline]
-    pub(super) fn density(self, x: u32, y: u32) -> f32 {
+    pub(in crate::guiding) fn density(self, x: u32, y: u32) -> f32 {
         let of = |lower: u32, half: u32| if half == 0 { lower } else { ONE - lower };
         (of(self.lower_x(), x) * of(self.lower_y(x), y)) as f32 * (4.0 / (ONE * ONE) as f32)
     }
@@ -151,7 +151,7 @@ pub struct Quadtree<'a> {
 impl<'a> Quadtree<'a> {
     /// The root comes first; there is one.
     #[inline]
-    pub(super) fn new(nodes: &'a [Node]) -> Quadtree<'a> {
+    pub(in crate::guiding) fn new(nodes: &'a [Node]) -> Quadtree<'a> {
         Quadtree { nodes }
     }
 

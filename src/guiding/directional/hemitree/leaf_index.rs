@@ -1,6 +1,6 @@
 //! The cells of a snapshot's tree that are not cut, one after the other.
 
-use super::place::{Place, cell_at, coordinates};
+use super::square::{Place, cell_at, coordinates};
 use super::{DEPTH, FAN, Node, WHOLE};
 use glam::Vec3;
 

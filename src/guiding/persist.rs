@@ -2,12 +2,12 @@
 
 use super::learner::{Learner, Table};
 use super::ppg::PpgGuide;
-use super::qtable::{Actions, ReturnMoments, State};
 use super::sdtree::StoredTree;
-use super::states::States;
 use super::tables::Tables;
-use super::voronoi::{Site, Voronoi};
 use super::{Guide, Kind};
+use crate::guiding::spatial::States;
+use crate::guiding::spatial::voronoi::{Site, Voronoi};
+use crate::guiding::store::{Actions, ReturnMoments, State};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::sync::Arc;
