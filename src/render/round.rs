@@ -166,7 +166,7 @@ impl<W: Watch> Driver<'_, W> {
         let (field, lessons) = match self.guide.as_mut() {
             Some(guide) if !recorders.is_empty() && !self.end.is_urgent() => {
                 let start = Instant::now();
-                let (field, lessons) = guide.lessons(&recorders);
+                let (field, lessons) = guide.update_jobs(&recorders);
                 report.learn_seconds += start.elapsed().as_secs_f64();
                 (Some(field), lessons)
             }

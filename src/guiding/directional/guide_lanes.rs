@@ -1,8 +1,7 @@
 //! What the guide proposes at the vertices of a packet, side by side.
 
-use crate::guiding::GuidingDistribution;
-use crate::guiding::directional::distribution::Directions;
-use crate::guiding::directional::hemitree::{self, Node};
+use super::hemitree::{self, Node, TreeDirections};
+use super::{AnyDirections, GuidingDistribution, InFrame};
 use crate::math::Frame;
 use crate::math::warp;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, mask};
@@ -49,7 +48,10 @@ impl<'f> GuideLanes<'f> {
     /// What vertex `k` has by itself, where it has a tree.
     #[inline(always)]
     pub fn get(&self, k: usize) -> Option<GuidingDistribution<'f>> {
-        self.is.has(k).then(|| GuidingDistribution::new(self.frame[2].get(k), Directions::Tree(self.nodes[k])))
+        self.is.has(k).then(|| InFrame {
+            frame: Frame::from_normal(self.frame[2].get(k)),
+            directions: AnyDirections::Tree(TreeDirections::Nodes(self.nodes[k])),
+        })
     }
 
     /// The vertices that have a tree.

@@ -1,109 +1,136 @@
-//! States: which of the scene's surface points share a table.
+//! Space: which of the scene's surface points share what is learnt.
+//!
+//! A [`SpatialPartition`] names the *region* of a point. What is learnt of a region is no business of it.
 
 mod grid;
-pub mod kd_tree;
+mod grid_keys;
+mod kd_tree;
 pub mod normal_bins;
+mod partition;
 mod two_level;
 pub mod voronoi;
 
 pub use grid::Grid;
-pub use two_level::Adaptive;
+pub use kd_tree::KdTree;
+#[cfg(test)]
+pub(super) use kd_tree::LeafBox;
+pub use partition::{Partition, StoredPartition};
+pub use two_level::TwoLevelGrid;
 
-use crate::guiding::spatial::voronoi::Voronoi;
-use crate::math::Frame;
-use crate::simd::truncate;
+use crate::simd::{LANES, Vec3Lanes};
 use glam::Vec3;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
+use std::ops::Range;
 
-/// Names a state; it is the same whoever asks, so a state needs no table to be known.
+/// Names a region; it is the same whoever asks, so a region needs no table to be known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct StateKey(pub u64);
+pub struct RegionId(pub u64);
 
-/// The ways of telling states apart.
-#[derive(Clone, Debug)]
-pub enum States {
-    Grid(Grid),
-    Adaptive(Adaptive),
-    /// `None` until there are sites.
-    Voronoi(Option<Arc<Voronoi>>),
+/// The regions of a path vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RegionLookup {
+    /// What to draw from.
+    pub drawn: RegionId,
+    /// Where to record what was found; another one where a partition filters its records, and not its look-ups.
+    pub recorded: RegionId,
 }
 
-impl States {
-    /// The state of point `p` with unit normal `n` on the side of the path. `jitter`, in [0, 1)², moves the point by up
-    /// to half a state's extent along the surface: neighbouring tables blend over many queries, as in the stochastic
-    /// filter of Müller (2019), and no query costs more than one look-up. `None` while there are no sites.
+impl RegionLookup {
+    /// The same region for both.
     #[inline(always)]
-    pub fn key(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> Option<StateKey> {
-        match self {
-            States::Grid(grid) => Some(grid.key(p, n, jitter)),
-            States::Adaptive(adaptive) => Some(adaptive.key(p, n, jitter)),
-            States::Voronoi(voronoi) => Some(StateKey(voronoi.as_ref()?.state(p, n, jitter) as u64)),
-        }
-    }
-
-    /// Whether all points of a state face the same way, more or less: its table can be held in the frame of one of them.
-    pub fn oriented(&self) -> bool {
-        match self {
-            States::Grid(grid) => grid.oriented(),
-            States::Adaptive(_) | States::Voronoi(_) => true,
-        }
-    }
-
-    /// Whether a key, perhaps from a file, can name a state.
-    pub fn holds(&self, key: StateKey) -> bool {
-        match self {
-            States::Grid(_) => key.0 >> (3 * POSITION_BITS + NORMAL_BITS) == 0,
-            States::Adaptive(adaptive) => adaptive.holds(key),
-            States::Voronoi(voronoi) => voronoi.as_ref().is_some_and(|voronoi| key.0 < voronoi.len() as u64),
-        }
-    }
-
-    pub fn bytes(&self) -> usize {
-        match self {
-            States::Grid(_) => 0,
-            States::Adaptive(adaptive) => adaptive.bytes(),
-            States::Voronoi(voronoi) => voronoi.as_ref().map_or(0, |voronoi| voronoi.bytes()),
-        }
-    }
-
-    /// The normal about which a state's table is held, where that is not the one of its first visit.
-    pub fn normal(&self, key: StateKey) -> Option<Vec3> {
-        match self {
-            States::Voronoi(Some(voronoi)) => Some(voronoi.frame(key.0 as u32).n),
-            _ => None,
-        }
+    pub(crate) fn one(key: RegionId) -> RegionLookup {
+        RegionLookup { drawn: key, recorded: key }
     }
 }
 
-/// Moves `p`, in units of cells, by up to half a cell along the surface with normal `n`.
-#[inline(always)]
-fn jittered(p: Vec3, n: Vec3, jitter: [f32; 2]) -> Vec3 {
-    let frame = Frame::from_normal(n);
-    p + frame.s * (jitter[0] - 0.5) + frame.t * (jitter[1] - 0.5)
-}
+/// A way of telling regions apart.
+///
+/// Look-ups read a copy that is frozen during an iteration. Between iterations, *cells* may be divided: a cell is what
+/// one decision divides, and holds one region or several (one for each normal's bin, for example).
+pub trait SpatialPartition: Clone + Send + Sync {
+    /// What of it outlives a render.
+    type Stored: Serialize + DeserializeOwned;
 
-/// Bits for each coordinate of a cell.
-const POSITION_BITS: u32 = 17;
-const NORMAL_BITS: u32 = 6;
+    /// The regions of the point `p` (world space) with unit normal `n` on the side of the path. `jitter`, in [0, 1)³,
+    /// blends neighbouring regions: it moves the point by up to half a region's extent, so that no query costs more than
+    /// one look-up (the stochastic filter of Müller 2019). 0.5 everywhere leaves the point where it is. `None` while
+    /// there are no regions.
+    fn locate(&self, p: Vec3, n: Vec3, jitter: [f32; 3]) -> Option<RegionLookup>;
 
-/// A key from the cell that holds `cell`, and a normal's bin. The border is kept: far outside of the grid everything is one
-/// border cell.
-#[inline(always)]
-fn pack(cell: Vec3, bin: usize) -> u64 {
-    let limit = (1 << POSITION_BITS) - 1;
-    let coordinate = |v: f32| truncate(v).min(limit) as u64;
-    let (x, y, z) = (coordinate(cell.x), coordinate(cell.y), coordinate(cell.z));
-    let position = x | y << POSITION_BITS | z << (2 * POSITION_BITS);
-    position | (bin as u64) << (3 * POSITION_BITS)
-}
+    /// [`Self::locate`] for a packet, where both regions are the same and are found side by side; `None` where points
+    /// are to be asked for one by one.
+    fn locate_lanes(&self, _p: &Vec3Lanes, _n: &Vec3Lanes, _jitter: [f32; 3]) -> Option<[RegionId; LANES]> {
+        None
+    }
 
-/// Where a grid over the box `(low, high)` starts, and its cells per unit of length.
-fn lay(low: Vec3, high: Vec3, resolution: u32) -> (Vec3, f32) {
-    let side = (high - low).max_element();
-    // A single point has no extent; any cell size does.
-    let cells_per_unit = if side > 0.0 { resolution as f32 / side } else { 1.0 };
-    // Walls love round coordinates, and the box's own: an odd share of a cell keeps them off the cells' faces,
-    // where rounding would split a wall between two layers of states.
-    (low - Vec3::new(1.37, 1.41, 1.33) / cells_per_unit, cells_per_unit)
+    /// Whether all points of a region face the same way, more or less: its directions can be held in one frame.
+    fn is_oriented(&self) -> bool;
+
+    /// The normal of that frame, where it is not the one of the region's first visit.
+    fn normal(&self, _key: RegionId) -> Option<Vec3> {
+        None
+    }
+
+    /// Whether a key, perhaps from a file, names a region.
+    fn holds(&self, key: RegionId) -> bool;
+
+    /// Where keys are numbers below a bound that is near the number of regions: that bound.
+    fn dense(&self) -> Option<usize> {
+        None
+    }
+
+    /// Bytes that are held.
+    fn bytes(&self) -> usize;
+
+    /// What look-ups need, to be frozen.
+    fn frozen(&self) -> Self {
+        self.clone()
+    }
+
+    /// Takes path vertices with their normals, while there are no regions.
+    fn observe(&mut self, _points: &[(Vec3, Vec3)]) {}
+
+    /// Makes regions of what was observed, between iterations; returns whether that changed anything.
+    fn settle(&mut self) -> bool {
+        false
+    }
+
+    /// A bound on the numbers of cells; 0 where none can ever be divided.
+    fn cells(&self) -> usize {
+        0
+    }
+
+    /// The cell that a current region is in.
+    fn cell_of(&self, _key: RegionId) -> usize {
+        0
+    }
+
+    /// Regions that a region of a cell becomes when that is divided once.
+    fn parts_per_region(&self) -> usize {
+        1
+    }
+
+    /// Divides a cell once, unless it is the smallest there is. Returns the cells that its parts are in.
+    fn divide(&mut self, _cell: usize) -> Option<Range<usize>> {
+        None
+    }
+
+    /// The regions that a region was divided into, each with its share of the visits; none where it is current.
+    fn parts(&self, _key: RegionId) -> Vec<(RegionId, f32)> {
+        Vec::new()
+    }
+
+    /// Regions of the same size and normal beyond the faces of this one, where that is known.
+    fn neighbours(&self, _key: RegionId) -> Vec<RegionId> {
+        Vec::new()
+    }
+
+    fn stored(&self) -> Self::Stored;
+
+    /// Takes over what a partition of the same settings has stored, where this one is new.
+    ///
+    /// # Errors
+    /// Where that is not what such a partition can hold, or is more than `memory` bytes.
+    fn restore(&mut self, stored: Self::Stored, memory: usize) -> Result<(), String>;
 }

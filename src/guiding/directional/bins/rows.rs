@@ -1,12 +1,14 @@
-//! From what is known of a state's strata to the row that sampling reads.
+//! From what is known of a region's strata to the row that sampling reads.
 
-use crate::guiding::directional::bins::strata::Strata;
-use crate::guiding::snapshot::WHOLE;
-use crate::guiding::store::Entry;
+use super::Strata;
+use crate::guiding::directional::Entry;
+
+/// Parts into which a row divides the unit interval.
+pub const WHOLE: u32 = 1 << 16;
 
 /// Estimates of Q by stratum: what few visits say leans towards the mean of what is known, and then each towards its
 /// neighbours in the square.
-pub(in crate::guiding) fn estimates(entries: &[Entry], strata: &Strata, smoothing: f32) -> Vec<f32> {
+pub fn estimates(entries: &[Entry], strata: &Strata, smoothing: f32) -> Vec<f32> {
     let known = entries.iter().filter(|e| e.visits > 0.0);
     let (sum, n) = known.fold((0.0, 0), |(sum, n), e| (sum + e.q, n + 1));
     let prior = if n > 0 { sum / n as f32 } else { 0.0 };
@@ -28,7 +30,7 @@ pub(in crate::guiding) fn estimates(entries: &[Entry], strata: &Strata, smoothin
 }
 
 /// A row for drawing strata in proportion to `weights`.
-pub(in crate::guiding) fn strata_row(strata: &Strata, weights: &[f64]) -> Vec<u16> {
+pub fn strata_row(strata: &Strata, weights: &[f64]) -> Vec<u16> {
     let whole: f64 = weights.iter().sum();
     let (columns, lines) = (strata.columns(), strata.lines());
     let mut row = vec![0; lines + weights.len()];

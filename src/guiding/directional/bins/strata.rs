@@ -110,7 +110,7 @@ fn sphere_to_square(w: Vec3) -> [f32; 2] {
 }
 
 /// Mean cosine over stratum `k` of `side`² on the hemisphere, in closed form: the concentric map sends the point (x, y) of [−1, 1]² to cosθ = 1 − max(|x|, |y|)².
-pub(in crate::guiding) fn mean_cosine(side: u32, k: u32) -> f32 {
+pub fn mean_cosine(side: u32, k: u32) -> f32 {
     let (x, y) = (distances(side, k % side), distances(side, k / side));
     let square = |[a, b]: [f64; 2]| (a * a + a * b + b * b) / 3.0;
     let mean = if x == y { mean_square_of_the_larger(x) } else { square(if x[0] > y[0] { x } else { y }) };

@@ -1,7 +1,7 @@
 //! The trees of a packet, walked level by level, each for all before the next: how deep a tree is cannot be guessed, and
 //! one guess for all lanes is lost less often than one for each.
 
-use super::square::{Place, cell_at, cells_of};
+use super::square::{SquareCell, cell_at, cells_of};
 use super::{DEPTH, Node, concentration};
 use crate::simd::{LANES, Lanes, Mask, each, pick};
 use std::f32::consts::TAU;
@@ -30,8 +30,8 @@ pub fn densities(trees: &[&[Node]; LANES], square: &[Lanes; 2], asked: Mask, den
 
 /// [`super::draw`] from the trees that are to draw; others get any place and no density.
 #[inline(always)]
-pub fn draw(trees: &[&[Node]; LANES], draws: Mask, mut u: [f64; LANES], densities: &mut Lanes) -> [Place; LANES] {
-    let (mut node, mut places) = ([0; LANES], [Place::ROOT; LANES]);
+pub fn draw(trees: &[&[Node]; LANES], draws: Mask, mut u: [f64; LANES], densities: &mut Lanes) -> [SquareCell; LANES] {
+    let (mut node, mut places) = ([0; LANES], [SquareCell::ROOT; LANES]);
     *densities = [1.0 / TAU; LANES];
     let mut under = draws;
     while under.any() {

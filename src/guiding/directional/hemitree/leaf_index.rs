@@ -1,16 +1,16 @@
 //! The cells of a snapshot's tree that are not cut, one after the other.
 
-use super::square::{Place, cell_at, coordinates};
+use super::square::{SquareCell, cell_at, coordinates};
 use super::{DEPTH, FAN, Node, WHOLE};
 use glam::Vec3;
 
 /// The cells of a state that are not cut, each with the probability of being drawn and the direction of its centre, in
 /// the order in which a [`LeafIndex`] numbers them.
 pub fn leaves(nodes: &[Node], visit: &mut impl FnMut(f32, Vec3)) {
-    visit_leaves(nodes, 0, Place::ROOT, 1.0, visit);
+    visit_leaves(nodes, 0, SquareCell::ROOT, 1.0, visit);
 }
 
-fn visit_leaves(nodes: &[Node], node: usize, place: Place, share: f32, visit: &mut impl FnMut(f32, Vec3)) {
+fn visit_leaves(nodes: &[Node], node: usize, place: SquareCell, share: f32, visit: &mut impl FnMut(f32, Vec3)) {
     for k in 0..FAN {
         let (from, to) = nodes[node].range(k);
         let share = share * (to - from) as f32 / WHOLE as f32;
@@ -25,17 +25,17 @@ fn visit_leaves(nodes: &[Node], node: usize, place: Place, share: f32, visit: &m
 #[derive(Clone, Debug, Default)]
 pub struct LeafIndex {
     first: Vec<[u16; FAN]>,
-    places: Vec<Place>,
+    places: Vec<SquareCell>,
 }
 
 impl LeafIndex {
     pub fn new(nodes: &[Node]) -> LeafIndex {
         let mut index = LeafIndex { first: vec![[0; FAN]; nodes.len()], places: Vec::new() };
-        index.number(nodes, 0, Place::ROOT);
+        index.number(nodes, 0, SquareCell::ROOT);
         index
     }
 
-    fn number(&mut self, nodes: &[Node], node: usize, place: Place) {
+    fn number(&mut self, nodes: &[Node], node: usize, place: SquareCell) {
         for k in 0..FAN {
             match nodes[node].children[k] as usize {
                 0 => {
@@ -47,7 +47,7 @@ impl LeafIndex {
         }
     }
 
-    /// The leaf that holds a direction in the state's frame; `None` below its horizon.
+    /// The leaf that holds a direction in the region's frame; `None` below its horizon.
     #[inline]
     pub fn leaf(&self, nodes: &[Node], local: Vec3) -> Option<usize> {
         let [x, y] = coordinates(local)?;

@@ -2,21 +2,21 @@
 
 use super::square::{cell_at, coordinates};
 use super::{DEPTH, FAN, bytes_per_node};
-use crate::guiding::store::Entry;
+use crate::guiding::directional::Entry;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// What the learner keeps of a state's directions: the cells of all nodes, and which node cuts each (0 for none).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cells {
+pub struct LearntTree {
     pub entries: Vec<Entry>,
     pub(super) children: Vec<u16>,
 }
 
-impl Cells {
+impl LearntTree {
     /// Nothing known, nothing cut.
-    pub fn new() -> Cells {
-        Cells { entries: vec![Entry::default(); FAN], children: vec![0; FAN] }
+    pub fn new() -> LearntTree {
+        LearntTree { entries: vec![Entry::default(); FAN], children: vec![0; FAN] }
     }
 
     pub fn nodes(&self) -> usize {
@@ -28,7 +28,7 @@ impl Cells {
         Some(self.children[node * FAN + k] as usize).filter(|&child| child != 0)
     }
 
-    /// The entry for a direction in the state's frame; `None` below its horizon.
+    /// The entry for a direction in the region's frame; `None` below its horizon.
     #[cfg(test)]
     pub fn entry_mut(&mut self, local: Vec3) -> Option<&mut Entry> {
         self.entry_at(coordinates(local)?)
@@ -48,7 +48,7 @@ impl Cells {
         None
     }
 
-    /// The estimate for a direction in the state's frame, as sampling sees it; `None` below the horizon.
+    /// The estimate for a direction in the region's frame, as sampling sees it; `None` below the horizon.
     pub fn estimate(&self, local: Vec3) -> Option<f32> {
         let [x, y] = coordinates(local)?;
         let (mut node, mut prior) = (0, 0.0);
@@ -106,8 +106,8 @@ impl Cells {
     }
 }
 
-impl Default for Cells {
-    fn default() -> Cells {
-        Cells::new()
+impl Default for LearntTree {
+    fn default() -> LearntTree {
+        LearntTree::new()
     }
 }

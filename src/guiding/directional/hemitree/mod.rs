@@ -3,27 +3,31 @@
 //! It is the quadtree of Müller et al. (2017) two levels at a time: a node of 16 cells is drawn from with one vector
 //! comparison, and what sampling reads of it is one cache line.
 
+mod directions;
 mod lanes;
 mod leaf_index;
 mod learnt;
+mod model;
 mod shape;
 mod square;
 
+pub use directions::TreeDirections;
 pub use lanes::{densities, draw as draw_lanes};
-pub use leaf_index::{LeafIndex, leaves};
-pub use learnt::Cells;
-pub use shape::{Totals, TreeShape};
-pub use square::{CellCoords, spots};
+#[cfg(test)]
+pub use leaf_index::leaves;
+pub use learnt::LearntTree;
+pub use model::HemisphereTree;
+pub use shape::TreeShape;
 
-use crate::guiding::store::Entry;
+use super::Entry;
 use crate::math::warp;
 use glam::Vec3;
-use square::{Place, cell_at, cells_of};
+use square::{SquareCell, cell_at, cells_of};
 use std::f32::consts::TAU;
 
-/// Cells along the side of a node.
+/// LearntTree along the side of a node.
 const SIDE: u32 = 4;
-/// Cells of a node.
+/// LearntTree of a node.
 pub const FAN: usize = (SIDE * SIDE) as usize;
 /// Nodes on the way to the smallest cells: 64×64 over the hemisphere.
 const DEPTH: usize = 3;
@@ -73,7 +77,7 @@ pub fn bytes_per_node() -> usize {
     FAN * (size_of::<Entry>() + size_of::<u16>()) + size_of::<Node>()
 }
 
-/// Draws a direction in the state's frame from the nodes of a state; with its density per steradian, as [`pdf`] gives it.
+/// Draws a direction in the region's frame from the nodes of a state; with its density per steradian, as [`pdf`] gives it.
 #[inline(always)]
 pub fn sample(nodes: &[Node], u: f64, inside: [f32; 2]) -> (Vec3, f32) {
     let (cell, density) = draw(nodes, u);
@@ -82,8 +86,8 @@ pub fn sample(nodes: &[Node], u: f64, inside: [f32; 2]) -> (Vec3, f32) {
 
 /// Draws a cell; with its density per steradian.
 #[inline(always)]
-pub fn draw(nodes: &[Node], mut u: f64) -> (Place, f32) {
-    let (mut node, mut place, mut density) = (&nodes[0], Place::ROOT, 1.0 / TAU);
+pub fn draw(nodes: &[Node], mut u: f64) -> (SquareCell, f32) {
+    let (mut node, mut place, mut density) = (&nodes[0], SquareCell::ROOT, 1.0 / TAU);
     loop {
         let (k, range, rest) = node.draw(u);
         (place, u) = (place.cell(k), rest);
@@ -101,7 +105,7 @@ fn concentration((from, to): (u32, u32)) -> f32 {
     (to - from) as f32 * (FAN as f32 / WHOLE as f32)
 }
 
-/// Density per steradian of [`sample`] at a direction in the state's frame; 0 below the horizon.
+/// Density per steradian of [`sample`] at a direction in the region's frame; 0 below the horizon.
 #[inline(always)]
 pub fn pdf(nodes: &[Node], local: Vec3) -> f32 {
     if local.z >= 0.0 { density(nodes, warp::uniform_hemisphere_to_square(local)) } else { 0.0 }

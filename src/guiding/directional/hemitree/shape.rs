@@ -1,9 +1,9 @@
 //! How trees grow, and what becomes of them in a snapshot.
 
-use super::square::Place;
-use super::{Cells, DEPTH, FAN, MAX_NODES, Node, SIDE, WHOLE};
-use crate::guiding::directional::bins::strata::mean_cosine;
-use crate::guiding::store::Entry;
+use super::square::SquareCell;
+use super::{DEPTH, FAN, LearntTree, MAX_NODES, Node, SIDE, WHOLE};
+use crate::guiding::directional::bins::mean_cosine;
+use crate::guiding::directional::{Entry, Totals};
 
 /// What is the same for all trees.
 #[derive(Clone, Debug)]
@@ -14,15 +14,6 @@ pub struct TreeShape {
     share: f32,
     /// And with at least this many visits.
     visits: f32,
-}
-
-/// What the estimates of a node's cells amount to.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Totals {
-    /// ∫ Q cosθ dω.
-    pub irradiance: f32,
-    /// max Q cosθ.
-    pub peak: f32,
 }
 
 impl TreeShape {
@@ -41,21 +32,22 @@ impl TreeShape {
 
     /// Whether no cell can hold more light than it takes to be cut.
     pub fn is_coarsest(&self) -> bool {
+        // beyond 1, a share cuts nothing
         self.share >= 1.0
     }
 
-    fn cosine(&self, place: Place) -> f32 {
+    fn cosine(&self, place: SquareCell) -> f32 {
         self.cosines[place.depth - 1][(place.y * place.side() + place.x) as usize]
     }
 
     /// Cuts cells that hold more than their share of the light and are visited enough, joins those that do not, and
     /// hands what they know to the new ones.
-    pub fn refine(&self, cells: &Cells) -> Cells {
-        let irradiance = self.irradiance(cells, 0, Place::ROOT, 0.0);
+    pub fn refine(&self, cells: &LearntTree) -> LearntTree {
+        let irradiance = self.irradiance(cells, 0, SquareCell::ROOT, 0.0);
         let room = cells.entries.len();
-        let mut refined = Cells { entries: Vec::with_capacity(room), children: Vec::with_capacity(room) };
+        let mut refined = LearntTree { entries: Vec::with_capacity(room), children: Vec::with_capacity(room) };
         let root: [Entry; FAN] = std::array::from_fn(|k| cells.entries[k]);
-        self.rebuild(cells, Some(0), &root, Place::ROOT, self.share * irradiance, &mut refined);
+        self.rebuild(cells, Some(0), &root, SquareCell::ROOT, self.share * irradiance, &mut refined);
         refined.entries.shrink_to_fit();
         refined.children.shrink_to_fit();
         refined
@@ -64,12 +56,12 @@ impl TreeShape {
     /// Appends the node at `place`, whose cells are those of node `old`, or new ones that know what `inherited` says.
     fn rebuild(
         &self,
-        cells: &Cells,
+        cells: &LearntTree,
         old: Option<usize>,
         inherited: &[Entry; FAN],
-        place: Place,
+        place: SquareCell,
         limit: f32,
-        out: &mut Cells,
+        out: &mut LearntTree,
     ) -> usize {
         let node = out.children.len() / FAN;
         out.entries.extend(inherited);
@@ -96,16 +88,16 @@ impl TreeShape {
     }
 
     /// ∫ Q cosθ dω over each cell of the root.
-    pub fn profile(&self, cells: &Cells) -> [f32; FAN] {
+    pub fn profile(&self, cells: &LearntTree) -> [f32; FAN] {
         let prior = cells.mean(0).unwrap_or(0.0);
-        std::array::from_fn(|k| match (cells.child(0, k), Place::ROOT.cell(k)) {
+        std::array::from_fn(|k| match (cells.child(0, k), SquareCell::ROOT.cell(k)) {
             (Some(child), at) => self.irradiance(cells, child, at, prior),
             (None, at) => cells.entries[k].shrunk(prior) * self.cosine(at) * at.solid_angle(),
         })
     }
 
     /// ∫ Q cosθ dω over a node; `prior` is what its parent would expect.
-    fn irradiance(&self, cells: &Cells, node: usize, place: Place, prior: f32) -> f32 {
+    fn irradiance(&self, cells: &LearntTree, node: usize, place: SquareCell, prior: f32) -> f32 {
         let prior = cells.mean(node).unwrap_or(prior);
         (0..FAN)
             .map(|k| match (cells.child(node, k), place.cell(k)) {
@@ -116,16 +108,16 @@ impl TreeShape {
     }
 
     /// ∫ Q cosθ dω and max Q cosθ.
-    pub fn totals(&self, cells: &Cells) -> Totals {
+    pub fn totals(&self, cells: &LearntTree) -> Totals {
         self.freeze(cells, &|_, _| 0.0, &mut Vec::new())
     }
 
     /// Appends what sampling needs: cells are drawn in proportion to `weight(Q, cosθ)` times their solid angle.
-    pub fn freeze(&self, cells: &Cells, weight: &impl Fn(f32, f32) -> f32, out: &mut Vec<Node>) -> Totals {
+    pub fn freeze(&self, cells: &LearntTree, weight: &impl Fn(f32, f32) -> f32, out: &mut Vec<Node>) -> Totals {
         let base = out.len();
         out.resize(base + cells.nodes(), Node { starts: [0; FAN], children: [0; FAN] });
         let mut totals = Totals::default();
-        self.freeze_node(cells, 0, Place::ROOT, 0.0, weight, &mut out[base..], &mut totals);
+        self.freeze_node(cells, 0, SquareCell::ROOT, 0.0, weight, &mut out[base..], &mut totals);
         totals
     }
 
@@ -133,9 +125,9 @@ impl TreeShape {
     #[allow(clippy::too_many_arguments, reason = "one step of a recursion")]
     fn freeze_node(
         &self,
-        cells: &Cells,
+        cells: &LearntTree,
         node: usize,
-        place: Place,
+        place: SquareCell,
         prior: f32,
         weight: &impl Fn(f32, f32) -> f32,
         out: &mut [Node],

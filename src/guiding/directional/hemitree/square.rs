@@ -9,27 +9,27 @@ use std::f32::consts::TAU;
 
 /// Where a cell is: the size, by how many nodes lead to it, and its place among those of its size.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct SquareCell {
     pub depth: usize,
     pub x: u32,
     pub y: u32,
 }
 
-impl Place {
-    pub const ROOT: Place = Place { depth: 0, x: 0, y: 0 };
+impl SquareCell {
+    pub const ROOT: SquareCell = SquareCell { depth: 0, x: 0, y: 0 };
 
     #[inline]
-    pub fn cell(self, k: usize) -> Place {
-        Place { depth: self.depth + 1, x: self.x * SIDE + k as u32 % SIDE, y: self.y * SIDE + k as u32 / SIDE }
+    pub fn cell(self, k: usize) -> SquareCell {
+        SquareCell { depth: self.depth + 1, x: self.x * SIDE + k as u32 % SIDE, y: self.y * SIDE + k as u32 / SIDE }
     }
 
-    /// Cells of its size along the square's side.
+    /// LearntTree of its size along the square's side.
     #[inline]
     pub fn side(self) -> u32 {
         1 << (SIDE.trailing_zeros() * self.depth as u32)
     }
 
-    /// Uniform direction in the cell, in the state's frame.
+    /// Uniform direction in the cell, in the region's frame.
     #[inline(always)]
     pub fn direction(self, inside: [f32; 2]) -> Vec3 {
         warp::square_to_uniform_hemisphere(self.point(inside))
@@ -48,7 +48,7 @@ impl Place {
     }
 }
 
-/// A direction in the state's frame, in units of the smallest cells; `None` below the horizon.
+/// A direction in the region's frame, in units of the smallest cells; `None` below the horizon.
 #[inline(always)]
 pub fn coordinates(local: Vec3) -> Option<[u32; 2]> {
     (local.z >= 0.0).then(|| cells_of(warp::uniform_hemisphere_to_square(local)))
@@ -77,16 +77,16 @@ impl CellCoords {
 
 /// Those of directions in world space, in the frames about normals.
 #[inline(never)]
-pub fn spots(normals: &Vec3Lanes, w: &Vec3Lanes) -> CellCoords {
-    let mut spots = CellCoords { x: [0; LANES], y: [0; LANES], above: Mask::NONE };
+pub fn coordinates_of(normals: &Vec3Lanes, w: &Vec3Lanes) -> CellCoords {
+    let mut found = CellCoords { x: [0; LANES], y: [0; LANES], above: Mask::NONE };
     let mut z = [0.0; LANES];
     for k in 0..LANES {
         let local = Frame::from_normal(normals.get(k)).to_local(w.get(k));
-        [spots.x[k], spots.y[k]] = cells_of(warp::uniform_hemisphere_to_square(local));
+        [found.x[k], found.y[k]] = cells_of(warp::uniform_hemisphere_to_square(local));
         z[k] = local.z;
     }
-    spots.above = mask(|k| z[k] >= 0.0);
-    spots
+    found.above = mask(|k| z[k] >= 0.0);
+    found
 }
 
 /// The cell at `depth` that holds the coordinates.

@@ -1,7 +1,6 @@
 //! The quadtree that is being learnt: energy by direction, and how its cells follow it.
 
-use super::frozen::{Branch, MAX_LEVELS, MAX_NODES, Node, are_in_order};
-use crate::guiding::sdtree::SdTreeSettings;
+use super::frozen::{Branch, MAX_LEVELS, MAX_NODES, QuadNode, are_in_order};
 use crate::math::is_amount;
 use serde::{Deserialize, Serialize};
 
@@ -10,8 +9,8 @@ const SQUARE: u32 = 1 << (MAX_LEVELS + 1);
 
 /// Energy (radiance over density, summed over samples) in the quadrants of a quadtree. Parents come before their
 /// children.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Building {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EnergyTree {
     branches: Vec<Branch>,
     energy: Vec<[f64; 4]>,
 }
@@ -26,10 +25,20 @@ pub struct Fineness {
 }
 
 impl Fineness {
-    /// What the settings ask for.
-    pub fn of(settings: &SdTreeSettings) -> Fineness {
+    pub fn new(rho: f32, levels: u32) -> Fineness {
         // a share below 10⁻⁶ would only fill the quadtree up with what it has room for
-        Fineness { rho: settings.rho.max(1e-6) as f64, levels: settings.levels.clamp(1, MAX_LEVELS) }
+        Fineness { rho: rho.max(1e-6) as f64, levels: levels.clamp(1, MAX_LEVELS) }
+    }
+
+    /// The same for a share that is `factor` times as large.
+    pub fn coarser(self, factor: f32) -> Fineness {
+        Fineness { rho: self.rho * factor as f64, ..self }
+    }
+
+    /// Whether no cell can hold more energy than it takes to be divided.
+    pub fn is_coarsest(self) -> bool {
+        // beyond 1, ρ divides nothing
+        self.rho >= 1.0
     }
 }
 
@@ -39,26 +48,39 @@ struct Area {
     high: [u32; 2],
 }
 
-impl Building {
+impl EnergyTree {
     /// Bytes of a node.
     pub const BYTES: usize = size_of::<Branch>() + size_of::<[f64; 4]>();
 
     /// An empty quadtree of the given form.
-    pub fn of(mut branches: Vec<Branch>) -> Building {
+    fn of(mut branches: Vec<Branch>) -> EnergyTree {
         branches.shrink_to_fit();
         let energy = vec![[0.0; 4]; branches.len()];
-        Building { branches, energy }
+        EnergyTree { branches, energy }
     }
 
-    /// One of the same form without energy.
-    pub fn emptied(&self) -> Building {
-        Building::of(self.branches.clone())
+    /// Leaves all energy only a share of itself.
+    pub fn decay(&mut self, share: f32) {
+        self.energy.iter_mut().flatten().for_each(|energy| *energy *= share as f64);
     }
 
-    /// Adds the energy of one of the same form.
-    pub fn add(&mut self, other: &Building) {
-        for (sum, more) in self.energy.iter_mut().flatten().zip(other.energy.iter().flatten()) {
-            *sum += more;
+    /// All energy; after [`EnergyTree::sum_up`].
+    pub fn whole(&self) -> f64 {
+        self.energy[0].iter().sum()
+    }
+
+    /// The solid angle's share and the energy of each leaf, and its middle in the unit square.
+    pub fn visit_leaves(&self, visit: &mut impl FnMut([f32; 2], f64)) {
+        self.visit_below(0, [0.0; 2], 0.5, visit);
+    }
+
+    fn visit_below(&self, node: usize, corner: [f32; 2], half: f32, visit: &mut impl FnMut([f32; 2], f64)) {
+        for q in 0..4u32 {
+            let corner = [corner[0] + (q & 1) as f32 * half, corner[1] + (q >> 1) as f32 * half];
+            match self.branches[node].child(q) {
+                Some(child) => self.visit_below(child, corner, 0.5 * half, visit),
+                None => visit([corner[0] + 0.5 * half, corner[1] + 0.5 * half], self.energy[node][q as usize]),
+            }
         }
     }
 
@@ -145,19 +167,19 @@ impl Building {
         self.energy[0].iter().sum()
     }
 
-    /// The distribution of the energy; after [`Building::sum_up`].
-    pub fn write(&self, out: &mut [Node]) {
+    /// The distribution of the energy; after [`EnergyTree::sum_up`].
+    pub fn write(&self, out: &mut [QuadNode]) {
         for (out, (branch, energy)) in out.iter_mut().zip(self.branches.iter().zip(&self.energy)) {
-            *out = Node::new(*branch, *energy);
+            *out = QuadNode::new(*branch, *energy);
         }
     }
 
-    /// The form that follows the energy; after [`Building::sum_up`]. A leaf that is to be divided deals its energy
+    /// The form that follows the energy; after [`EnergyTree::sum_up`]. A leaf that is to be divided deals its energy
     /// evenly. Without energy the form stays.
-    pub fn refined(&self, fineness: Fineness) -> Vec<Branch> {
-        let whole: f64 = self.energy[0].iter().sum();
+    pub fn refined(&self, fineness: Fineness) -> EnergyTree {
+        let whole = self.whole();
         if whole == 0.0 {
-            return self.branches.clone();
+            return self.clone();
         }
         let least = fineness.rho * whole;
         let mut branches = Vec::new();
@@ -175,12 +197,13 @@ impl Building {
             }
             branches.push(Branch::new(base, mask));
         }
-        branches
+        branches.shrink_to_fit();
+        EnergyTree { branches, energy: open.into_iter().map(|(_, energy, _)| energy).collect() }
     }
 
     /// The form that evenly spread energy asks for.
-    pub fn uniform(fineness: Fineness) -> Building {
-        let whole = Building { branches: vec![Branch::new(1, 0)], energy: vec![[0.25; 4]] };
-        Building::of(whole.refined(fineness))
+    pub fn uniform(fineness: Fineness) -> EnergyTree {
+        let whole = EnergyTree { branches: vec![Branch::new(1, 0)], energy: vec![[0.25; 4]] };
+        EnergyTree::of(whole.refined(fineness).branches)
     }
 }

@@ -3,6 +3,7 @@
 //! The sphere is cut open by the cylindrical equal-area map: x = (1 + z)/2 and y = φ/2π span the unit square, world
 //! z being the axis, and equal areas are equal solid angles.
 
+use crate::guiding::directional::Directions;
 use crate::math::warp::atan_unit;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -71,7 +72,7 @@ impl Branch {
 }
 
 /// Whether nodes with these branches, the root first, are a quadtree, breadth first, of no more levels than there can be.
-pub(in crate::guiding) fn are_in_order(branches: impl ExactSizeIterator<Item = Branch>) -> bool {
+pub fn are_in_order(branches: impl ExactSizeIterator<Item = Branch>) -> bool {
     let count = branches.len();
     // how many nodes are known of, and the node at which each level ends
     let (mut known, mut level, mut end) = (1, 1, 1);
@@ -91,26 +92,26 @@ pub(in crate::guiding) fn are_in_order(branches: impl ExactSizeIterator<Item = B
 /// A node in one word: the probability of the lower half of x, that of the lower half of y in either half of x, and
 /// the [`Branch`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Node(u64);
+pub struct QuadNode(u64);
 
-impl Node {
+impl QuadNode {
     /// `energy` of the four quadrants is finite and not negative.
-    pub fn new(branch: Branch, energy: [f64; 4]) -> Node {
+    pub fn new(branch: Branch, energy: [f64; 4]) -> QuadNode {
         let [a, b, c, d] = energy;
         let shares = [share(a + c, b + d), share(a, c), share(b, d)];
         let packed = shares.iter().rev().fold(branch.0 as u64, |word, &s| word << SHARE_BITS | s as u64);
-        Node(packed)
+        QuadNode(packed)
     }
 
     /// Whether these are the nodes of a quadtree, and their shares ones that can be drawn by.
-    pub(in crate::guiding) fn are_sound(nodes: &[Node]) -> bool {
-        let shares = |node: &Node| [node.lower_x(), node.lower_y(0), node.lower_y(1)];
+    pub fn are_sound(nodes: &[QuadNode]) -> bool {
+        let shares = |node: &QuadNode| [node.lower_x(), node.lower_y(0), node.lower_y(1)];
         nodes.iter().all(|node| shares(node).iter().all(|&share| share <= ONE))
             && are_in_order(nodes.iter().map(|node| node.branch()))
     }
 
     #[inline]
-    pub(in crate::guiding) fn branch(self) -> Branch {
+    pub fn branch(self) -> Branch {
         Branch((self.0 >> (3 * SHARE_BITS)) as u32)
     }
 
@@ -128,7 +129,7 @@ impl Node {
 
     /// Density of quadrant (x, y) relative to that of the node.
     #[inline]
-    pub(in crate::guiding) fn density(self, x: u32, y: u32) -> f32 {
+    pub fn density(self, x: u32, y: u32) -> f32 {
         let of = |lower: u32, half: u32| if half == 0 { lower } else { ONE - lower };
         (of(self.lower_x(), x) * of(self.lower_y(x), y)) as f32 * (4.0 / (ONE * ONE) as f32)
     }
@@ -145,19 +146,38 @@ fn share(a: f64, b: f64) -> u32 {
 /// A distribution of directions over the whole sphere, in world space.
 #[derive(Clone, Copy, Debug)]
 pub struct Quadtree<'a> {
-    nodes: &'a [Node],
+    nodes: &'a [QuadNode],
+}
+
+impl Directions for Quadtree<'_> {
+    /// `inside` is for both.
+    #[inline(never)]
+    fn sample(&self, _u: f64, inside: [f32; 2]) -> (Vec3, f32) {
+        let w = self.draw(inside);
+        (w, self.density(w))
+    }
+
+    #[inline(never)]
+    fn pdf(&self, w: Vec3) -> f32 {
+        self.density(w)
+    }
+
+    /// Its cells reach beyond any lobe's width, and it is the published method, which knows no product.
+    fn times(&self, _value: impl Fn(Vec3) -> f32) -> Self {
+        *self
+    }
 }
 
 impl<'a> Quadtree<'a> {
     /// The root comes first; there is one.
     #[inline]
-    pub(in crate::guiding) fn new(nodes: &'a [Node]) -> Quadtree<'a> {
+    pub fn new(nodes: &'a [QuadNode]) -> Quadtree<'a> {
         Quadtree { nodes }
     }
 
-    /// A unit direction; `u` is in [0, 1)². Its density is `pdf` of it, and positive.
+    /// A unit direction; `u` is in [0, 1)². Its density is [`Self::density`] of it, and positive.
     #[inline]
-    pub fn sample(&self, u: [f32; 2]) -> Vec3 {
+    pub fn draw(&self, u: [f32; 2]) -> Vec3 {
         let ([mut u, mut v], mut cell, mut level) = (u, [0u32; 2], 0);
         let mut node = self.nodes[0];
         loop {
@@ -179,15 +199,15 @@ impl<'a> Quadtree<'a> {
         decode([within(cell[0], u, 0), within(cell[1], v, 2)])
     }
 
-    /// Density per steradian of `sample` at the unit direction `w` of world space.
+    /// Density per steradian of [`Self::draw`] at the unit direction `w` of world space.
     #[inline]
-    pub fn pdf(&self, w: Vec3) -> f32 {
-        self.pdf_encoded(encode(w))
+    pub fn density(&self, w: Vec3) -> f32 {
+        self.density_encoded(encode(w))
     }
 
-    /// `pdf` of an [`encode`]d direction.
+    /// The same of an [`encode`]d direction.
     #[inline]
-    pub fn pdf_encoded(&self, [x, y]: [u16; 2]) -> f32 {
+    pub fn density_encoded(&self, [x, y]: [u16; 2]) -> f32 {
         let (mut x, mut y) = ((x as u32) << 16, (y as u32) << 16);
         let (mut node, mut pdf) = (self.nodes[0], 0.25 * FRAC_1_PI);
         loop {
@@ -198,8 +218,14 @@ impl<'a> Quadtree<'a> {
         }
     }
 
+    #[cfg(test)]
     pub fn nodes(&self) -> usize {
         self.nodes.len()
+    }
+
+    #[cfg(test)]
+    pub fn words(&self) -> &'a [QuadNode] {
+        self.nodes
     }
 }
 

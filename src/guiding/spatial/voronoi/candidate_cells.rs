@@ -8,7 +8,7 @@
 //! difference of squared distances is linear.
 
 use super::agreement::{Bin, Bins, agree, bin};
-use super::site_tree::Tree;
+use super::site_tree::SiteTree;
 use crate::math::Frame;
 use crate::math::rng::mix;
 use glam::{UVec3, Vec3};
@@ -22,7 +22,7 @@ pub const MAX_SITES: usize = 1 << 28;
 /// Side of a cell in units of the sites' spacing.
 const CELL: f32 = 0.6;
 
-/// Cells that are prepared per site at most: those that samples and the surroundings of sites meet most.
+/// CandidateCells that are prepared per site at most: those that samples and the surroundings of sites meet most.
 const CELLS_PER_SITE: usize = 8;
 
 /// Slots per two cells: room for short probes, yet little memory, as waiting for it is what a look-up does most.
@@ -30,7 +30,7 @@ const SLOTS_PER_PAIR: usize = 3;
 
 /// Bytes that a site adds at most, long lists and regions included.
 pub const BYTES_PER_SITE: usize =
-    CELLS_PER_SITE * SLOTS_PER_PAIR * size_of::<Slot>() / 2 + 4 * LONG_PER_SITE + 4 * size_of::<Region>();
+    CELLS_PER_SITE * SLOTS_PER_PAIR * size_of::<CellSlot>() / 2 + 4 * LONG_PER_SITE + 4 * size_of::<Region>();
 
 /// Numbers in long lists per site at most.
 const LONG_PER_SITE: usize = 8;
@@ -39,13 +39,13 @@ const LONG_PER_SITE: usize = 8;
 const SHORT: usize = 6;
 
 #[derive(Clone, Debug)]
-pub struct Cells {
+pub struct CandidateCells {
     origin: Vec3,
     regions_per_unit: f32,
     dims: UVec3,
     regions: Vec<Region>,
     /// Open addressing with linear probing; `EMPTY` ends a probe.
-    slots: Vec<Slot>,
+    slots: Vec<CellSlot>,
     /// The candidates of cells that have more than `SHORT`.
     long: Vec<u32>,
 }
@@ -54,14 +54,14 @@ pub struct Cells {
 #[derive(Clone, Copy, Debug)]
 struct Region {
     spacing: f32,
-    /// Cells per unit of length, one of few numbers: regions that are alike share cells.
+    /// CandidateCells per unit of length, one of few numbers: regions that are alike share cells.
     scale: f32,
 }
 
 /// Half a cache line. `head` is a cell's key; below it the number of candidates, and a flag.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-struct Slot {
+struct CellSlot {
     head: u64,
     candidates: [u32; SHORT],
 }
@@ -73,7 +73,7 @@ const LONG: u64 = 7;
 /// The list may hold sites whose normals do not agree.
 const MIXED: u64 = 8;
 const FLAGS: u32 = 4;
-const EMPTY: Slot = Slot { head: u64::MAX, candidates: [0; SHORT] };
+const EMPTY: CellSlot = CellSlot { head: u64::MAX, candidates: [0; SHORT] };
 
 const BIN_BITS: u32 = 6;
 /// Bits of a cell's coordinate.
@@ -81,7 +81,7 @@ const CELL_BITS: u32 = 14;
 /// Low bits of a scale that are zero: its exponent and one bit more are left.
 const SCALE_BITS: u32 = 22;
 
-impl Cells {
+impl CandidateCells {
     /// Where `jitter` moves `p` along the plane about `n`, and the scale of its cells.
     #[inline(always)]
     pub fn moved(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> (Vec3, f32) {
@@ -92,7 +92,7 @@ impl Cells {
 
     /// The site of `p` and `n`, where the cell of that scale is prepared.
     #[inline(always)]
-    pub fn find(&self, tree: &Tree, (p, scale): (Vec3, f32), n: Vec3) -> Option<u32> {
+    pub fn find(&self, tree: &SiteTree, (p, scale): (Vec3, f32), n: Vec3) -> Option<u32> {
         let key = self.key(p, scale, bin(n))?;
         let mut at = self.home(key);
         loop {
@@ -108,7 +108,7 @@ impl Cells {
     }
 
     #[inline(always)]
-    fn nearest(&self, tree: &Tree, slot: &Slot, p: Vec3, n: Vec3) -> u32 {
+    fn nearest(&self, tree: &SiteTree, slot: &CellSlot, p: Vec3, n: Vec3) -> u32 {
         let candidates = match slot.head & COUNT {
             LONG => &self.long[slot.candidates[0] as usize..][..slot.candidates[1] as usize],
             count => &slot.candidates[..count as usize],
@@ -161,7 +161,7 @@ impl Cells {
 
 /// The whole part of `v`, or the number below for a whole `v`; anything from 2²¹ to 2³² − 1 for a negative `v`, for one of
 /// 2²¹ or more, and for what is not a number. Adding a number so large that it has no fraction takes one instruction,
-/// where a saturating cast takes several. `Cell::half` reckons with faces that belong to either cell.
+/// where a saturating cast takes several. `CandidateCell::half` reckons with faces that belong to either cell.
 #[inline]
 fn whole(v: f32) -> u32 {
     const NO_FRACTION: f32 = (3 << 22) as f32;

@@ -4,25 +4,27 @@
 //! than 60° apart); where no site of the scene agrees, it is the nearest of all. Equally near sites go by the lower
 //! index. So the two sides of a thin sheet never share a state as long as each has a site, wherever that lies.
 //!
-//! [`Tree`] finds that site in any case, in O(log n). [`candidate_cells`] remembers, for boxes near the surface, the few sites
+//! [`SiteTree`] finds that site in any case, in O(log n). [`candidate_cells`] remembers, for boxes near the surface, the few sites
 //! that can be the answer anywhere within: most look-ups are one probe of a hash and a handful of distances, and
 //! agree with the tree's to the bit.
 
 mod agreement;
 mod candidate_cells;
-pub mod placement;
+mod partition;
+mod placement;
 mod site_tree;
 mod sites;
 #[cfg(test)]
 mod tests;
 
+pub use partition::SurfaceVoronoi;
 pub use sites::{Facet, sites_by_area, sites_from_visits};
 
 use crate::math::Frame;
-use candidate_cells::Cells;
+use candidate_cells::CandidateCells;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
-use site_tree::Tree;
+use site_tree::SiteTree;
 
 /// Where a state sits: `p` in world space, `n` the unit normal of the side that it is for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,8 +36,8 @@ pub struct Site {
 /// The sites, and what finds the one of a point.
 #[derive(Clone, Debug)]
 pub struct Voronoi {
-    tree: Tree,
-    cells: Cells,
+    tree: SiteTree,
+    cells: CandidateCells,
     frames: Vec<Frame>,
 }
 
@@ -53,8 +55,8 @@ impl Voronoi {
         if sites.is_empty() || sites.len() > candidate_cells::MAX_SITES {
             return None;
         }
-        let tree = Tree::new(sites);
-        let cells = Cells::new(&tree, samples);
+        let tree = SiteTree::new(sites);
+        let cells = CandidateCells::new(&tree, samples);
         let frames = tree.normals().iter().map(|n| Frame::from_normal(*n)).collect();
         Some(Voronoi { tree, cells, frames })
     }
@@ -71,7 +73,8 @@ impl Voronoi {
     }
 
     /// [`Self::state`] by the tree alone: slower, the same answer.
-    pub fn state_by_tree(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> u32 {
+    #[cfg(test)]
+    fn state_by_tree(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> u32 {
         self.tree.nearest(self.cells.moved(p, n, jitter).0, n)
     }
 
@@ -98,7 +101,8 @@ impl Voronoi {
     }
 
     /// Share of `queries` (points with unit normals) that the prepared cells answer without the tree.
-    pub fn prepared(&self, queries: &[(Vec3, Vec3)]) -> f64 {
+    #[cfg(test)]
+    fn prepared(&self, queries: &[(Vec3, Vec3)]) -> f64 {
         let find = |p, n| self.cells.find(&self.tree, self.cells.moved(p, n, [0.5; 2]), n);
         let found = queries.iter().filter(|(p, n)| find(*p, *n).is_some()).count();
         found as f64 / queries.len() as f64

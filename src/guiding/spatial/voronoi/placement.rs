@@ -1,9 +1,7 @@
 //! Where Voronoi sites go, and until when there are none.
 
-use crate::guiding::learner::Table;
-use crate::guiding::settings::{GuidingSettings, Placement};
-use crate::guiding::spatial::States;
-use crate::guiding::spatial::voronoi::{Facet, Voronoi, sites_by_area, sites_from_visits};
+use super::{Facet, Voronoi, sites_by_area, sites_from_visits};
+use crate::guiding::settings::GuidingSettings;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -20,6 +18,7 @@ const POINTS_PER_SITE: usize = 4;
 const SEEDS: [u64; 2] = [1, 2];
 
 /// Path vertices, gathered until they are enough to place sites by.
+#[derive(Clone, Debug)]
 pub struct SitePlacement {
     sites: usize,
     points: Vec<(Vec3, Vec3)>,
@@ -31,23 +30,13 @@ pub struct SitePlacement {
 }
 
 impl SitePlacement {
-    /// The states to begin with, and where sites go by paths, what gathers these.
-    pub fn begin(
-        settings: &GuidingSettings,
-        triangles: impl Iterator<Item = [Vec3; 3]> + Clone,
-    ) -> (States, Option<SitePlacement>) {
-        let sites = sites(settings);
-        match settings.placement {
-            Placement::Area => (States::Voronoi(by_area(triangles, sites)), None),
-            Placement::Paths => {
-                // placing them makes a copy
-                let room = (settings.memory / (2 * size_of::<(Vec3, Vec3)>() as u64)) as usize;
-                // an even number, so that the next point is kept after every second went
-                let room = room.clamp(2, MAX_POINTS) & !1;
-                let placing = SitePlacement { sites, points: Vec::new(), room, stride: 1, seen: 0 };
-                (States::Voronoi(None), Some(placing))
-            }
-        }
+    /// For so many sites, within so many bytes.
+    pub fn new(sites: usize, memory: u64) -> SitePlacement {
+        // placing them makes a copy
+        let room = (memory / (2 * size_of::<(Vec3, Vec3)>() as u64)) as usize;
+        // an even number, so that the next point is kept after every second went
+        let room = room.clamp(2, MAX_POINTS) & !1;
+        SitePlacement { sites, points: Vec::new(), room, stride: 1, seen: 0 }
     }
 
     /// Gathers points. Where they become too many, every second goes, and of those to come.
@@ -75,14 +64,15 @@ impl SitePlacement {
     }
 }
 
-/// How many sites there are to be.
-fn sites(settings: &GuidingSettings) -> usize {
-    let bytes = Table::new(settings).usual_bytes() + Voronoi::bytes_per_site();
+/// How many sites there are to be, where so many bytes are usually learnt of a region.
+pub fn sites_within(settings: &GuidingSettings, bytes_per_region: usize) -> usize {
+    let bytes = bytes_per_region + Voronoi::bytes_per_site();
     let most = (settings.memory as f64 * SHARE / bytes as f64).max(1.0) as usize;
     if settings.sites == 0 { most } else { most.min(settings.sites as usize) }
 }
 
-fn by_area(triangles: impl Iterator<Item = [Vec3; 3]> + Clone, n: usize) -> Option<Arc<Voronoi>> {
+/// `n` sites spread over the triangles by area.
+pub fn by_area(triangles: impl Iterator<Item = [Vec3; 3]> + Clone, n: usize) -> Option<Arc<Voronoi>> {
     let facets = triangles.map(|corners| Facet { corners, two_sided: true });
     let sites = sites_by_area(facets.clone(), n, SEEDS[0]);
     let beside = sites_by_area(facets, POINTS_PER_SITE * sites.len(), SEEDS[1]);
@@ -124,7 +114,7 @@ mod tests {
 
     #[test]
     fn zero_sites_are_as_many_as_there_is_room_for() {
-        let with = |sites, memory| super::sites(&GuidingSettings { sites, memory, ..GuidingSettings::default() });
+        let with = |sites, memory| sites_within(&GuidingSettings { sites, memory, ..GuidingSettings::default() }, 1000);
         assert_eq!(with(7, 1 << 30), 7);
         let all = with(0, 1 << 24);
         assert!(all > 1000 && with(u32::MAX, 1 << 24) == all && with(0, 1 << 25) / 2 == all, "{all}");

@@ -9,19 +9,19 @@ use std::cmp::Ordering;
 const LEAF: usize = 8;
 
 /// Bytes of a site and, at worst, its share of the nodes: leaves are more than half full, nodes twice as many.
-pub const BYTES_PER_SITE: usize = 2 * size_of::<Vec3>() + 4 * size_of::<Node>() / LEAF;
+pub const BYTES_PER_SITE: usize = 2 * size_of::<Vec3>() + 4 * size_of::<SiteNode>() / LEAF;
 
-/// A tree over sites, which it keeps in the order of its leaves. Node i has the children 2i and 2i + 1; each has half of
+/// A tree over sites, which it keeps in the order of its leaves. SiteNode i has the children 2i and 2i + 1; each has half of
 /// the sites, so that their ranges need not be stored.
 #[derive(Clone, Debug)]
-pub struct Tree {
+pub struct SiteTree {
     points: Vec<Vec3>,
     normals: Vec<Vec3>,
-    nodes: Vec<Node>,
+    nodes: Vec<SiteNode>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Node {
+struct SiteNode {
     /// The bins of the normals below.
     bins: Bins,
     split: f32,
@@ -45,15 +45,15 @@ impl Part {
     }
 }
 
-impl Tree {
+impl SiteTree {
     /// A tree of one site or more, all finite with unit normals. The same sites make the same tree, in whatever order they
     /// come.
-    pub fn new(mut sites: Vec<Site>) -> Tree {
+    pub fn new(mut sites: Vec<Site>) -> SiteTree {
         let leaves = sites.len().div_ceil(LEAF).next_power_of_two();
-        let mut nodes = vec![Node::default(); 2 * leaves];
+        let mut nodes = vec![SiteNode::default(); 2 * leaves];
         build(&mut sites, &mut nodes, 1);
         let (points, normals) = sites.iter().map(|site| (site.p, site.n)).unzip();
-        Tree { points, normals, nodes }
+        SiteTree { points, normals, nodes }
     }
 
     /// The nearest site whose normal agrees with `n`, or the nearest of all where none does; of equally near ones the
@@ -138,7 +138,7 @@ impl Tree {
 
 /// Sorts `sites` into the halves of the subtree at `node`, along the longest side of their box, and returns the bins of
 /// their normals.
-fn build(sites: &mut [Site], nodes: &mut [Node], node: usize) -> Bins {
+fn build(sites: &mut [Site], nodes: &mut [SiteNode], node: usize) -> Bins {
     if node >= nodes.len() / 2 {
         sites.sort_unstable_by(|a, b| before(a, b, 0));
         nodes[node].bins = sites.iter().fold(0, |bins, site| bins | 1 << bin(site.n));
@@ -152,7 +152,7 @@ fn build(sites: &mut [Site], nodes: &mut [Node], node: usize) -> Bins {
     let split = sites[middle].p[axis];
     let (below, above) = sites.split_at_mut(middle);
     let bins = build(below, nodes, 2 * node) | build(above, nodes, 2 * node + 1);
-    nodes[node] = Node { bins, split, axis: axis as u32 };
+    nodes[node] = SiteNode { bins, split, axis: axis as u32 };
     bins
 }
 

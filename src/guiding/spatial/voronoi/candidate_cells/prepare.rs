@@ -22,33 +22,33 @@ const STEP: f32 = 0.5;
 const ROUNDING: f32 = (1 << CELL_BITS) as f32 * 2.0 * f32::EPSILON;
 
 /// A cell's candidates, ascending.
-struct List {
+struct CandidateList {
     sites: Vec<u32>,
     mixed: bool,
 }
 
 /// A cell and what it is met with.
-struct Cell {
+struct CandidateCell {
     centre: Vec3,
     half: Vec3,
     bin: usize,
 }
 
-impl Cells {
+impl CandidateCells {
     /// Prepares the cells about the sites and those that `samples` (points with unit normals) lie in.
-    pub fn new(tree: &Tree, samples: &[(Vec3, Vec3)]) -> Cells {
+    pub fn new(tree: &SiteTree, samples: &[(Vec3, Vec3)]) -> CandidateCells {
         let spacings: Vec<f32> = (0..tree.points().len() as u32).into_par_iter().map(|s| spacing(tree, s)).collect();
-        let mut cells = Cells::without_lists(tree, &spacings);
+        let mut cells = CandidateCells::without_lists(tree, &spacings);
         let keys = cells.keys(tree, samples);
         let agreeable: Vec<bool> = Bin::all().iter().map(|b| tree.normals().iter().any(|n| b.maybe(*n))).collect();
-        let lists: Vec<(u64, List)> =
+        let lists: Vec<(u64, CandidateList)> =
             keys.par_iter().filter_map(|key| Some((*key, cells.cell(*key).list(tree, &agreeable)?))).collect();
         cells.store(&lists, tree.points().len());
         cells
     }
 
     /// The regions, each as spaced as the harmonic mean of its sites, or as the site nearest to its centre.
-    fn without_lists(tree: &Tree, spacings: &[f32]) -> Cells {
+    fn without_lists(tree: &SiteTree, spacings: &[f32]) -> CandidateCells {
         let points = tree.points();
         let margin = 2.0 * median(spacings);
         let low = points.iter().copied().fold(Vec3::INFINITY, Vec3::min) - margin;
@@ -57,8 +57,14 @@ impl Cells {
         let side = (high - low).max_element() / along;
         let regions_per_unit = if side > 0.0 && side.is_finite() { 1.0 / side } else { 1.0 };
         let dims = ((high - low) * regions_per_unit).as_uvec3().min(UVec3::splat(along as u32)) + 1;
-        let mut cells =
-            Cells { origin: low, regions_per_unit, dims, regions: Vec::new(), slots: vec![EMPTY], long: Vec::new() };
+        let mut cells = CandidateCells {
+            origin: low,
+            regions_per_unit,
+            dims,
+            regions: Vec::new(),
+            slots: vec![EMPTY],
+            long: Vec::new(),
+        };
         let mut sums = vec![(0.0, 0.0); dims.element_product() as usize];
         for (p, spacing) in points.iter().zip(spacings).filter(|(_, spacing)| **spacing > 0.0) {
             let sum = &mut sums[cells.region(*p)];
@@ -81,7 +87,7 @@ impl Cells {
     }
 
     /// The cells to prepare, ascending: those about each site, and those of the samples, each jittered once.
-    fn keys(&self, tree: &Tree, samples: &[(Vec3, Vec3)]) -> Vec<u64> {
+    fn keys(&self, tree: &SiteTree, samples: &[(Vec3, Vec3)]) -> Vec<u64> {
         let key = |p: Vec3, n: Vec3, jitter: [f32; 2]| {
             let (p, scale) = self.moved(p, n, jitter);
             self.key(p, scale, bin(n))
@@ -106,21 +112,21 @@ impl Cells {
     }
 
     /// The box of all points that have this key, rounding included.
-    fn cell(&self, key: u64) -> Cell {
+    fn cell(&self, key: u64) -> CandidateCell {
         let field = |i: u32| (key >> (BIN_BITS + i * CELL_BITS)) as u32 & ((1 << CELL_BITS) - 1);
         let scale = f32::from_bits(((key >> (3 * CELL_BITS + BIN_BITS)) as u32) << SCALE_BITS);
         let centre = self.origin + (UVec3::new(field(0), field(1), field(2)).as_vec3() + 0.5) / scale;
         // the centre itself is rounded in world space
         let half = Vec3::splat((0.5 + ROUNDING) / scale) + centre.abs() * (2.0 * f32::EPSILON);
-        Cell { centre, half, bin: key as usize & ((1 << BIN_BITS) - 1) }
+        CandidateCell { centre, half, bin: key as usize & ((1 << BIN_BITS) - 1) }
     }
 
     /// Fills the table, in the order of lists, which are those of so many sites.
-    fn store(&mut self, lists: &[(u64, List)], sites: usize) {
+    fn store(&mut self, lists: &[(u64, CandidateList)], sites: usize) {
         self.slots = vec![EMPTY; SLOTS_PER_PAIR * lists.len() / 2 + 1];
         let room = LONG_PER_SITE * sites;
         for (key, list) in lists {
-            let mut slot = Slot { head: key << FLAGS | if list.mixed { MIXED } else { 0 }, ..EMPTY };
+            let mut slot = CellSlot { head: key << FLAGS | if list.mixed { MIXED } else { 0 }, ..EMPTY };
             let count = list.sites.len();
             if count <= SHORT {
                 slot.head |= count as u64;
@@ -141,9 +147,9 @@ impl Cells {
     }
 }
 
-impl Cell {
+impl CandidateCell {
     /// Every site that is the answer somewhere in this cell; `None` where these are too many, or not bounded.
-    fn list(&self, tree: &Tree, agreeable: &[bool]) -> Option<List> {
+    fn list(&self, tree: &SiteTree, agreeable: &[bool]) -> Option<CandidateList> {
         let normal = |site: u32| tree.normals()[site as usize];
         // where no site agrees with any normal of the bin, all compete
         let (alone, bin) = (!agreeable[self.bin], &Bin::all()[self.bin]);
@@ -174,7 +180,7 @@ impl Cell {
         }
         sites.sort_unstable();
         let mixed = !sites.iter().all(|site| surely(*site));
-        Some(List { sites, mixed })
+        Some(CandidateList { sites, mixed })
     }
 
     /// Whether `t` is nearer than `s` to all points of the box, by more than rounding can hide.
@@ -195,7 +201,7 @@ fn median(values: &[f32]) -> f32 {
 
 /// Distance from a site to its fourth neighbour whose normal agrees, or to the farthest where there are fewer; copies
 /// do not count, and a site without neighbours has none.
-fn spacing(tree: &Tree, site: u32) -> f32 {
+fn spacing(tree: &SiteTree, site: u32) -> f32 {
     let n = tree.normals()[site as usize];
     let mut nearest = [f32::INFINITY; NEIGHBOURS];
     tree.visit(tree.point(site), Bin::all()[bin(n)].partners, f32::INFINITY, |other, d2| {

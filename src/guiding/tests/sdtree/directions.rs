@@ -12,7 +12,7 @@ const LEVEL: f64 = 1e-6;
 /// Cells as fine as quadtrees of six levels: those densities jump at borders of cells only, so the quadrature is exact.
 fn chi2(quadtree: Quadtree, rng: &mut Rng, wrong: impl Fn(Vec3) -> Vec3) -> Chi2Report {
     let test = DirectionTest { cos_bins: 64, phi_bins: 64, samples: 100_000, depth: 0, domain: Domain::Sphere };
-    test.run(|| Some(quadtree.sample(rng.f32x2())), |w| quadtree.pdf(wrong(w)))
+    test.run(|| Some(quadtree.draw(rng.f32x2())), |w| quadtree.pdf(wrong(w)))
 }
 
 /// What light a tree is trained with.
@@ -57,7 +57,7 @@ fn directions_drawn_have_a_density() {
         let quadtree = tree.distribution(0).expect("it is trained");
         let n = 1_000_000;
         let lost = (0..n).filter(|_| {
-            let w = quadtree.sample(rng.f32x2());
+            let w = quadtree.draw(rng.f32x2());
             assert!(w.is_normalized(), "{w}");
             let pdf = quadtree.pdf(w);
             assert!(pdf.is_finite() && pdf >= 0.0);
@@ -74,7 +74,7 @@ fn corners_of_the_unit_square_give_directions() {
     let quadtree = tree.distribution(0).expect("it is trained");
     let last = crate::math::ONE_MINUS_EPSILON;
     for u in [[0.0, 0.0], [0.0, last], [last, 0.0], [last, last], [0.5, 0.5]] {
-        let w = quadtree.sample(u);
+        let w = quadtree.draw(u);
         assert!(w.is_normalized() && quadtree.pdf(w) > 0.0, "{u:?} gives {w}");
     }
     assert!(quadtree.pdf(Vec3::NAN).is_finite());
@@ -99,7 +99,7 @@ struct Leaf {
 }
 
 /// All leaves, in order.
-fn leaves(nodes: &[Node]) -> Vec<Leaf> {
+fn leaves(nodes: &[QuadNode]) -> Vec<Leaf> {
     let (quadtree, mut leaves, mut open) = (Quadtree::new(nodes), Vec::new(), vec![(0, [0u32; 2], 1)]);
     while let Some((node, corner, level)) = open.pop() {
         let side = 1 << (16 - level);
@@ -109,7 +109,7 @@ fn leaves(nodes: &[Node]) -> Vec<Leaf> {
                 Some(child) => open.push((child, corner, level + 1)),
                 None => {
                     let solid_angle = 4.0 * PI * 0.25f64.powi(level);
-                    let mass = quadtree.pdf_encoded(corner.map(|c| c as u16)) as f64 * solid_angle;
+                    let mass = quadtree.density_encoded(corner.map(|c| c as u16)) as f64 * solid_angle;
                     leaves.push(Leaf { start: morton(corner), mass });
                 }
             }
@@ -133,11 +133,11 @@ fn deep_quadtrees_draw_their_leaves_by_their_masses() {
         let mut tree = single(|s| s.rho = 1e-3);
         train(&mut tree, &mut rng, 3, 20_000, |_, w| light(w));
         let quadtree = tree.distribution(0).expect("it is trained");
-        let leaves = leaves(&tree.nodes);
+        let leaves = leaves(tree.distribution(0).expect("it is trained").words());
         let masses: Vec<f64> = leaves.iter().map(|leaf| leaf.mass).collect();
         let mut counts = vec![0; masses.len()];
         for _ in 0..400_000 {
-            let at = morton(encode(quadtree.sample(rng.f32x2())).map(u32::from));
+            let at = morton(encode(quadtree.draw(rng.f32x2())).map(u32::from));
             counts[leaves.partition_point(|leaf| leaf.start <= at) - 1] += 1;
         }
         let report = chi2_discrete(&counts, &masses);
@@ -160,17 +160,17 @@ proptest! {
         for _ in 0..3 {
             let one = |rng: &mut Rng| {
                 let radiance = (120.0 * rng.f32() - 60.0).exp2();
-                Sample { direction: [rng.next_u32() as u16, rng.next_u32() as u16], ..sample(0, Vec3::X, radiance, 1.0, 1.0) }
+                sample(0, square_to_uniform_sphere(rng.f32x2()), radiance, 1.0, 1.0)
             };
             let samples: Vec<_> = (0..n).map(|_| one(&mut rng)).collect();
             tree.fold(&[&samples]);
-            tree.end_iteration(1.0);
-            let mass: f64 = leaves(&tree.nodes).iter().map(|leaf| leaf.mass).sum();
+            tree.end_iteration(1);
+            let mass: f64 = leaves(tree.distribution(0).expect("it is trained").words()).iter().map(|leaf| leaf.mass).sum();
             prop_assert!((mass - 1.0).abs() < 1e-5, "mass {}", mass);
         }
         let quadtree = tree.distribution(0).expect("it is trained");
         for _ in 0..100 {
-            let w = quadtree.sample(rng.f32x2());
+            let w = quadtree.draw(rng.f32x2());
             prop_assert!(w.is_normalized() && quadtree.pdf(w).is_finite());
         }
     }
@@ -180,7 +180,8 @@ proptest! {
     fn filtering_loses_no_energy(seed: u64, at: [u16; 2], filter: bool) {
         let (mut rng, mut tree) = (Rng::new(seed), single(|s| s.rho = 0.003));
         train(&mut tree, &mut rng, 2, 500, |_, w| lobe(w, Vec3::X, 50));
-        let quadtree = &mut tree.learners[0].quadtree;
+        let mut quadtree = tree.0.store.get(RegionId(0)).expect("it is trained").directions.energy().clone();
+        quadtree.decay(0.0);
         quadtree.splat(at, 3.0, filter);
         prop_assert!((quadtree.sum_up() - 3.0).abs() < 1e-12);
     }
@@ -189,7 +190,7 @@ proptest! {
 #[test]
 fn a_word_holds_what_a_node_is() {
     for mask in 0..16u32 {
-        let node = Node::new(Branch::new(12_345, mask), [1.0, 2.0, 3.0, 10.0]);
+        let node = QuadNode::new(Branch::new(12_345, mask), [1.0, 2.0, 3.0, 10.0]);
         let mut next = 12_345;
         for q in 0..4 {
             let divided = mask >> q & 1 == 1;
@@ -202,7 +203,7 @@ fn a_word_holds_what_a_node_is() {
         }
     }
     // what is black gets nothing, what is not gets something
-    let node = Node::new(Branch::new(1, 0), [0.0, 1e-30, 0.0, 1e30]);
+    let node = QuadNode::new(Branch::new(1, 0), [0.0, 1e-30, 0.0, 1e30]);
     assert_eq!((node.density(0, 0), node.density(0, 1)), (0.0, 0.0));
     assert!(node.density(1, 0) > 0.0);
 }
