@@ -12,7 +12,7 @@ use phototaxis::bsdf::{
 };
 use phototaxis::geometry::{Attribute, Hit, Indices, Mesh, SurfaceInteraction};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use phototaxis::guiding::{Guide, PackedDirection, Recorder, StateKey, Transition};
+use phototaxis::guiding::{Guide, PackedDirection, Recorder, RegionId, Transition};
 use phototaxis::math::{Rgb, alias::AliasTable, rng::Rng, warp};
 use phototaxis::texture::ColorTexture;
 use std::f32::consts::FRAC_1_PI;
@@ -74,8 +74,8 @@ fn point(rng: &mut Rng) -> Vec3 {
     Vec3::new(x, 1e-4, z)
 }
 
-fn state(guide: &Guide, p: Vec3) -> StateKey {
-    guide.field().place(p, Vec3::Y, [0.5; 3]).expect("grids and trees have a state for every point").recorded
+fn state(guide: &Guide, p: Vec3) -> RegionId {
+    guide.field().locate(p, Vec3::Y, [0.5; 3]).expect("grids and trees have a state for every point").recorded
 }
 
 /// Visits to the floor by cosine-distributed directions.
@@ -106,7 +106,7 @@ fn table_look_up(bencher: Bencher, table: TableKind) {
     let guide = table.learnt();
     let field = guide.field();
     let look_up = |p: &Vec3| {
-        let place = field.place(*p, Vec3::Y, [0.5; 3]);
+        let place = field.locate(*p, Vec3::Y, [0.5; 3]);
         place.and_then(|place| field.summary(place.drawn)).map_or(0.0, |summary| summary.irradiance)
     };
     time(bencher, point, look_up);

@@ -7,8 +7,8 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{Quat, Vec3};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use phototaxis::guiding::voronoi::{Facet, Site, Voronoi, sites_by_area, sites_from_visits};
-use phototaxis::guiding::{Guide, PackedDirection, Recorder, StateKey, Transition};
+use phototaxis::guiding::spatial::voronoi::{Facet, Site, Voronoi, sites_by_area, sites_from_visits};
+use phototaxis::guiding::{Guide, PackedDirection, Recorder, RegionId, Transition};
 use phototaxis::math::rng::Rng;
 use std::collections::HashSet;
 
@@ -77,7 +77,7 @@ fn queries(order: Order) -> Vec<Query> {
 fn grid_guide(states: usize) -> Guide {
     let points = points(20 * states, 3);
     let keys =
-        |guide: &Guide| -> HashSet<StateKey> { points.iter().map(|(p, n)| key(guide, *p, *n, [0.5; 2])).collect() };
+        |guide: &Guide| -> HashSet<RegionId> { points.iter().map(|(p, n)| key(guide, *p, *n, [0.5; 2])).collect() };
     let guide = |resolution: u32| {
         let (method, table) = (GuidingMethod::Grid, DirectionTable::Hemisphere);
         let settings = GuidingSettings { method, table, resolution, strata: 2, memory: 4 << 30, ..Default::default() };
@@ -100,8 +100,8 @@ fn grid_guide(states: usize) -> Guide {
     guide
 }
 
-fn key(guide: &Guide, p: Vec3, n: Vec3, [x, y]: [f32; 2]) -> StateKey {
-    guide.field().place(p, n, [x, y, 0.5]).expect("a grid has a state for every point").recorded
+fn key(guide: &Guide, p: Vec3, n: Vec3, [x, y]: [f32; 2]) -> RegionId {
+    guide.field().locate(p, n, [x, y, 0.5]).expect("a grid has a state for every point").recorded
 }
 
 fn voronoi(sites: usize) -> Voronoi {
@@ -126,14 +126,8 @@ fn b_cells<const N: usize>(bencher: Bencher, order: Order) {
     time(bencher, order, |q| irradiance[voronoi.state(q.p, q.n, q.jitter) as usize]);
 }
 
-#[divan::bench(args = ORDERS, consts = SITES)]
-fn c_tree<const N: usize>(bencher: Bencher, order: Order) {
-    let (voronoi, irradiance) = (voronoi(N), vec![1.0; N]);
-    time(bencher, order, |q| irradiance[voronoi.state_by_tree(q.p, q.n, q.jitter) as usize]);
-}
-
 #[divan::bench(consts = SITES, sample_count = 5, sample_size = 1)]
-fn d_build<const N: usize>(bencher: Bencher) {
+fn c_build<const N: usize>(bencher: Bencher) {
     let (sites, samples) = (sites_by_area(facets().into_iter(), N, 4), points(8 * N, 5));
     bencher.bench(|| Voronoi::new(black_box(sites.clone()), &samples));
 }

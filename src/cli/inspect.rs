@@ -161,7 +161,7 @@ fn report(
             usable: key.is_some_and(|key| guide.field().summary(key).is_some()),
         },
         radiance,
-        guide: guide.survey(),
+        guide: guide.stats(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a tile learnt: transitions, in the order of its paths, sorted only by the shard that will read them.
 
-use super::direction::PackedDirection;
-use super::states::StateKey;
+use crate::guiding::packed_direction::PackedDirection;
+use crate::guiding::spatial::RegionId;
 use crate::math::rng::mix;
 use glam::Vec3;
 
@@ -10,14 +10,14 @@ pub const SHARDS: usize = 32;
 
 /// The shard that owns a state.
 #[inline]
-pub fn shard_of(key: StateKey) -> usize {
+pub fn shard_of(key: RegionId) -> usize {
     (mix(key.0) >> 59) as usize
 }
 
 /// One visit to a state: the direction in which the path went on, and the radiance that arrived from there.
 #[derive(Clone, Copy, Debug)]
 pub struct Transition {
-    pub key: StateKey,
+    pub key: RegionId,
     /// Away from the surface, world space.
     pub wi: PackedDirection,
     /// Shading normal on the side of the path.

@@ -29,8 +29,8 @@ pub struct GuidingSettings {
     pub sampling: GuideSampling,
     /// Share of directions drawn from the BSDF, in (0, 1]. Below 1 the mixture is defensive.
     pub bsdf_fraction: f32,
-    /// That share is learnt, state by state; tables begin at one half, an SD-tree at `bsdf_fraction`. `None` stands for
-    /// what is usual: an SD-tree learns it (Müller 2019), tables do not.
+    /// That share is learnt, region by region (Müller 2019), beginning at `bsdf_fraction`. `None` stands for what is usual:
+    /// adaptive grids and SD-trees learn it, others do not.
     pub learned_fraction: Option<bool>,
     /// Voronoi sites; 0 stands for as many as the memory has room for, which is the most in any case.
     pub sites: u32,

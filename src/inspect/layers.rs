@@ -1,7 +1,7 @@
 //! What the guide knows, pixel by pixel.
 
 use super::PixelVertex;
-use crate::guiding::{Guide, StateKey};
+use crate::guiding::{Guide, RegionId};
 use crate::image::{Image, Layer};
 use crate::integrator::mixture::GuidedLobes;
 use crate::math::Rgb;
@@ -21,7 +21,7 @@ struct Pixel {
     /// Share of directions that the guide draws: all of the guided lobes' that the BSDF leaves to it.
     fraction: f32,
     visits: f32,
-    state: Option<StateKey>,
+    state: Option<RegionId>,
 }
 
 impl Layers {
@@ -63,11 +63,11 @@ impl Pixel {
 }
 
 /// 24 bits, which an `f32` holds exactly.
-fn number(key: StateKey) -> u32 {
+fn number(key: RegionId) -> u32 {
     ((mix(key.0) >> 40) as u32).max(1)
 }
 
-fn colour(key: StateKey) -> Rgb {
+fn colour(key: RegionId) -> Rgb {
     let byte = |k: u32| ((number(key) >> (8 * k)) & 0xff) as f32 / 255.0;
     Rgb::new(byte(0), byte(1), byte(2)) * 0.9 + 0.05
 }

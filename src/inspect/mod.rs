@@ -10,7 +10,7 @@ pub use radiance::{Comparison, Radiance};
 use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, HitBatch};
 use crate::geometry::{Ray, SurfaceInteraction};
-use crate::guiding::{Guide, StateKey};
+use crate::guiding::{Guide, RegionId};
 use crate::math::rng::Rng;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -55,7 +55,7 @@ impl<'s> PixelVertex<'s> {
     }
 
     /// The guide's state there, without jitter; `None` while there are no states.
-    pub fn state(&self, guide: &Guide) -> Option<StateKey> {
-        guide.field().place(self.si.p, self.normal(), [0.5; 3]).map(|place| place.drawn)
+    pub fn state(&self, guide: &Guide) -> Option<RegionId> {
+        guide.field().locate(self.si.p, self.normal(), [0.5; 3]).map(|place| place.drawn)
     }
 }

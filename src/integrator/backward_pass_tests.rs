@@ -2,13 +2,13 @@
 
 use super::*;
 use crate::guiding::recorder::SHARDS;
-use crate::guiding::{PackedDirection, StateKey};
+use crate::guiding::{PackedDirection, RegionId};
 use glam::Vec3;
 
 fn edge(key: u64) -> Option<PathSegment> {
     let [wi, normal] = [Vec3::X, Vec3::Y].map(PackedDirection::new);
     let scattered = 0.25;
-    Some(PathSegment { key: StateKey(key), wi, normal, pdf: 0.5, bsdf_pdf: 0.75, guide_pdf: -1.0, scattered })
+    Some(PathSegment { key: RegionId(key), wi, normal, pdf: 0.5, bsdf_pdf: 0.75, guide_pdf: -1.0, scattered })
 }
 
 type Vertex = (VertexRecord, Rgb, Option<BootstrapValue>);
@@ -117,7 +117,7 @@ fn parts_of_a_split_add_up() {
     ];
     let mut recorder = Recorder::new();
     record_all(&waves, &mut [Vec::new(), Vec::new()], &mut recorder);
-    let found = (0..SHARDS).flat_map(|shard| recorder.shard(shard)).find(|t| t.key == StateKey(1)).unwrap();
+    let found = (0..SHARDS).flat_map(|shard| recorder.shard(shard)).find(|t| t.key == RegionId(1)).unwrap();
     assert!((found.target - (0.5 + 0.5 + 0.5 + 4.0)).abs() < 1e-5 && found.rays == 4.0, "{found:?}");
     let Transition { pdf, bsdf_pdf, guide_pdf, scattered, .. } = *found;
     assert_eq!((pdf, bsdf_pdf, guide_pdf, scattered), (0.5, 0.75, -1.0, 0.25));

@@ -104,7 +104,7 @@ pub fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut Rng) -> 
     let method = GuidingMethod::Grid;
     let settings = GuidingSettings { method, table, strata: 4, split_share: 0.03, ..GuidingSettings::default() };
     let mut guide = Guide::new(&settings, (-Vec3::ONE, Vec3::ONE), std::iter::empty()).unwrap();
-    let key = guide.field().place(si.p, si.frame.n, [0.5; 3]).unwrap().drawn;
+    let key = guide.field().locate(si.p, si.frame.n, [0.5; 3]).unwrap().drawn;
     let axes = [(); 4].map(|_| warp::square_to_uniform_sphere(rng.f32x2()));
     for _ in 0..2 {
         let mut recorder = Recorder::new();

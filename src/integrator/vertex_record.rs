@@ -1,14 +1,14 @@
 //! One record per vertex for the backward pass that trains the guide: how its path got there. Structure of arrays, packed as
 //! the rays are.
 
-use crate::guiding::{PackedDirection, StateKey};
+use crate::guiding::{PackedDirection, RegionId};
 use crate::math::Rgb;
 use crate::simd::{LANES, Lanes, Packing, Vec3Lanes};
 
 /// How a path came to a vertex: the direction in which it left the last one, where something can be learnt there.
 #[derive(Clone, Copy, Debug)]
 pub struct PathSegment {
-    pub key: StateKey,
+    pub key: RegionId,
     pub wi: PackedDirection,
     /// Shading normal of the last vertex on the side of the path.
     pub normal: PackedDirection,
@@ -79,7 +79,7 @@ impl VertexRecordLanes {
     #[inline(always)]
     fn edge(&self, k: usize) -> Option<PathSegment> {
         (self.teaches[k] != 0).then(|| PathSegment {
-            key: StateKey(self.key[k]),
+            key: RegionId(self.key[k]),
             wi: PackedDirection::from_bits(self.wi[k]),
             normal: PackedDirection::from_bits(self.normal[k]),
             pdf: self.pdf[k],
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn packed_arrivals_are_those_that_were_put_in() {
         let arrival = |k: u32| {
-            let key = StateKey((k as u64) << 33 | 1);
+            let key = RegionId((k as u64) << 33 | 1);
             let [wi, normal] = [Vec3::X, Vec3::NEG_Y].map(PackedDirection::new);
             let [pdf, bsdf_pdf, guide_pdf, scattered] = [1.0, 2.0, 3.0, 4.0].map(|times| times * k as f32);
             let edge = PathSegment { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered };

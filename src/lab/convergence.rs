@@ -89,7 +89,7 @@ impl Furnace {
         let points = (0..POINTS).map(|_| warp::square_to_uniform_sphere(rng.f32x2()));
         let field = guide.field();
         let known: Vec<f64> = points
-            .filter_map(|p: Vec3| field.summary(field.place(p, -p, [0.5; 3])?.drawn))
+            .filter_map(|p: Vec3| field.summary(field.locate(p, -p, [0.5; 3])?.drawn))
             .map(|summary| self.scene.light_unit().value() * f64::from(summary.irradiance) * (1.0 - self.albedo) / PI)
             .collect();
         let mean = |f: &dyn Fn(f64) -> f64| known.iter().map(|&e| f(e)).sum::<f64>() / known.len() as f64;

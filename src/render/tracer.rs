@@ -89,7 +89,7 @@ impl Tracer {
         let (guided, recorders) = (state.is_guided(), pending.recorders());
         let (field, lessons) = match state.guide.as_mut() {
             Some(guide) if !recorders.is_empty() && !end.is_urgent() => {
-                let (field, lessons) = record.report.add_learning(|| guide.lessons(&recorders));
+                let (field, lessons) = record.report.add_learning(|| guide.update_jobs(&recorders));
                 (Some(field), lessons)
             }
             guide => (guide.map(|guide| guide.field()), Vec::new()),

@@ -47,7 +47,7 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
         let (p, wi) = (place(rng), unit(rng));
         let wi = if wi.y < 0.0 { -wi } else { wi };
         let jitter = [rng.f32(), rng.f32(), 0.5];
-        let Some(at) = guide.field().place(p, Vec3::Y, jitter) else {
+        let Some(at) = guide.field().locate(p, Vec3::Y, jitter) else {
             recorder.push_point(p, Vec3::Y);
             continue;
         };
@@ -80,7 +80,7 @@ fn learnt(settings: &GuidingSettings) -> Guide {
 fn seen(guide: &Guide) -> Vec<Option<Vec<u32>>> {
     let (mut rng, field) = (Rng::new(2), guide.field());
     let mut one = || {
-        let summary = field.summary(field.place(place(&mut rng), Vec3::Y, [0.5; 3])?.drawn)?;
+        let summary = field.summary(field.locate(place(&mut rng), Vec3::Y, [0.5; 3])?.drawn)?;
         let distribution = field.distribution(summary, Vec3::Y);
         let known = [summary.irradiance, summary.peak, summary.visits, summary.bsdf_fraction];
         let densities = (0..20).map(|_| distribution.pdf(unit(&mut rng)));
@@ -103,7 +103,7 @@ fn what_was_learnt_comes_back_and_goes_on_alike() {
         let mut before = learnt(&settings);
         guide_file::write(&path, &before, &subject(&settings), 77).unwrap();
         let LoadedGuide { guide: mut after, paths, .. } = read(&path, &settings).unwrap();
-        assert_eq!((paths, before.survey()), (77, after.survey()));
+        assert_eq!((paths, before.stats()), (77, after.stats()));
         assert!(seen(&before).iter().flatten().count() > 400, "the guide knows most of the floor");
         assert!(seen(&before) == seen(&after), "{:?}, {:?}", settings.method, settings.table);
         for guide in [&mut before, &mut after] {
@@ -171,7 +171,7 @@ fn forged_files_do_no_harm() {
                 Ok(LoadedGuide { mut guide, .. }) => {
                     teach(&mut guide, 50, &mut rng);
                     guide.end_iteration(1);
-                    guide.survey();
+                    guide.stats();
                 }
                 Err(_) => refused += 1,
             }
@@ -182,20 +182,20 @@ fn forged_files_do_no_harm() {
 
 /// The format is not to change unnoticed: whoever changes what is stored raises the version, and this number.
 #[test]
-fn the_format_is_that_of_version_3() {
+fn the_format_is_that_of_version_4() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.guide");
     let settings = GuidingSettings { resolution: 1, ..GuidingSettings::default() };
     let mut guide = Guide::new(&settings, BOUNDS, std::iter::empty()).unwrap();
     let mut recorder = Recorder::new();
-    let (wi, key) = (PackedDirection::new(Vec3::Y), guide.field().place(Vec3::ONE, Vec3::Y, [0.5; 3]).unwrap().drawn);
+    let (wi, key) = (PackedDirection::new(Vec3::Y), guide.field().locate(Vec3::ONE, Vec3::Y, [0.5; 3]).unwrap().drawn);
     let (pdf, bsdf_pdf, guide_pdf) = (0.5, 0.5, -1.0);
     let visit = Transition { key, wi, normal: wi, target: 2.0, pdf, bsdf_pdf, guide_pdf, scattered: 0.5, rays: 1.0 };
     recorder.push(visit);
     guide.learn(&[&recorder]);
     guide_file::write(&path, &guide, &subject(&settings), 300).unwrap();
     let bytes = std::fs::read(&path).unwrap();
-    assert_eq!(bytes[..12], *b"PTXGUIDE\x03\0\0\0");
+    assert_eq!(bytes[..12], *b"PTXGUIDE\x04\0\0\0");
     assert_eq!((bytes.len(), crc32fast::hash(&bytes[..bytes.len() - 4])), (469, 136_849_980));
 }
 

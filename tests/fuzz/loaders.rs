@@ -186,7 +186,7 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
     for _ in 0..visits {
         let (p, w) = (Vec3::new(rng.f32(), 0.5, rng.f32()), warp::square_to_uniform_sphere(rng.f32x2()));
         let wi = if w.y < 0.0 { -w } else { w };
-        let Some(at) = guide.field().place(p, Vec3::Y, [rng.f32(), rng.f32(), 0.5]) else {
+        let Some(at) = guide.field().locate(p, Vec3::Y, [rng.f32(), rng.f32(), 0.5]) else {
             recorder.push_point(p, Vec3::Y);
             continue;
         };

@@ -1,6 +1,7 @@
 //! Directions drawn, against the density that is claimed for them.
 
 use super::*;
+use crate::guiding::directional::{Directions, InFrame};
 use crate::guiding::settings::GuideSampling;
 use crate::stats::{Chi2Report, DirectionTest, Domain as Whole, sidak};
 
@@ -9,7 +10,7 @@ const LEVEL: f64 = 1e-6;
 
 /// Draws by the distribution, and asks it for its density at directions changed by `wrong`, in `frame`.
 pub(super) fn chi2(
-    d: &GuidingDistribution,
+    d: &InFrame<impl Directions>,
     frame: &Frame,
     domain: Whole,
     rng: &mut Rng,
@@ -56,7 +57,7 @@ fn directions_of_the_hemisphere_follow_their_density() {
             let key = state(&guide, point(&mut rng), n);
             let values = make(&mut rng, (strata * strata) as usize);
             teach(&mut guide, key, n, &values, 20);
-            guide.end_iteration();
+            guide.end_iteration(1);
             let summary = summary(&guide, key);
             // an oriented state keeps its first normal, another takes that of the query
             let asked = if *normals { -n } else { n };
@@ -89,7 +90,7 @@ fn directions_of_the_sphere_follow_their_density() {
             let key = state(&guide, point(&mut rng), unit(&mut rng));
             let values = make(&mut rng, (2 * strata * strata) as usize);
             teach(&mut guide, key, Vec3::Y, &values, 20);
-            guide.end_iteration();
+            guide.end_iteration(1);
             let (summary, n) = (summary(&guide, key), unit(&mut rng));
             let distribution = guide.field().distribution(&summary, n);
             let report = chi2(&distribution, &world, Whole::Sphere, &mut rng, |w| w);
@@ -118,7 +119,7 @@ fn what_the_sphere_draws_goes_by_radiance_and_the_cosine_of_the_query() {
         let key = state(&guide, Vec3::splat(0.5), Vec3::Y);
         let values: Vec<f32> = (0..32).map(|k| 1.0 + (k % 5) as f32).collect();
         teach(&mut guide, key, Vec3::Y, &values, 1000);
-        guide.end_iteration();
+        guide.end_iteration(1);
         let (strata, n) = (Strata::new(Domain::Sphere, 4), Vec3::new(0.6, 0.48, 0.64));
         let cos = |k: usize| strata.direction(k, [0.5; 2]).dot(n).max(0.0);
         let weight = |k: usize| values[k] * if sampling == GuideSampling::Q { cos(k).ceil() } else { cos(k) };
@@ -145,7 +146,7 @@ fn directions_lie_above_the_plane_of_the_state() {
             let n = unit(&mut rng);
             let key = state(&guide, point(&mut rng), n);
             look_around(&mut guide, &mut rng, (key, n), 200, |_| 1.0);
-            guide.end_iteration();
+            guide.end_iteration(1);
             let summary = summary(&guide, key);
             let distribution = guide.field().distribution(&summary, -n);
             for _ in 0..200 {
@@ -166,7 +167,7 @@ fn what_is_drawn_goes_by_radiance_times_cosine() {
         let mut values = [1.0f32; 16];
         values[5] = 3.0;
         teach(&mut guide, key, Vec3::Y, &values, 1000);
-        guide.end_iteration();
+        guide.end_iteration(1);
         let strata = Strata::new(Domain::Hemisphere, 4);
         let weight = |k: usize| values[k] * if sampling == GuideSampling::Q { 1.0 } else { strata.cosines()[k] };
         let total: f32 = (0..16).map(weight).sum();
@@ -192,7 +193,7 @@ fn compensation_leaves_out_what_the_bsdf_covers() {
         let mut guide = guide(|s| (s.strata, s.mis_compensation) = (2, compensation));
         let key = state(&guide, Vec3::splat(0.5), Vec3::Y);
         teach(&mut guide, key, Vec3::Y, &[1.0, 1.0, 1.0, 5.0], 10_000);
-        guide.end_iteration();
+        guide.end_iteration(1);
         let (summary, strata) = (summary(&guide, key), Strata::new(Domain::Hemisphere, 2));
         let frame = Frame::from_normal(PackedDirection::new(Vec3::Y).unpack());
         let distribution = guide.field().distribution(&summary, Vec3::Y);
@@ -210,7 +211,7 @@ fn smoothing_gives_a_stratum_its_share_of_the_neighbours() {
     let mut guide = guide(|s| (s.strata, s.smoothing) = (2, 0.5));
     let key = state(&guide, Vec3::splat(0.5), Vec3::Y);
     teach(&mut guide, key, Vec3::Y, &[4.0, 0.0, 0.0, 0.0], 10_000);
-    guide.end_iteration();
+    guide.end_iteration(1);
     let (summary, strata) = (summary(&guide, key), Strata::new(Domain::Hemisphere, 2));
     let frame = Frame::from_normal(PackedDirection::new(Vec3::Y).unpack());
     let distribution = guide.field().distribution(&summary, Vec3::Y);

@@ -49,14 +49,13 @@ fn values_stay_finite_and_never_fall_below_zero() {
             for _ in 0..4 {
                 let transitions = random_transitions(&mut rng, &guide, 20_000);
                 learn_all(&mut guide, &transitions, 1000);
-                guide.end_iteration();
-                let holds =
-                    |e: &qtable::Entry| e.q.is_finite() && e.q >= 0.0 && e.visits.is_finite() && e.visits >= 0.0;
-                for state in guide.learner.states() {
-                    assert!(state.entries().iter().all(holds), "{table:?}, {rate:?}");
+                guide.end_iteration(1);
+                let holds = |e: &Entry| e.q.is_finite() && e.q >= 0.0 && e.visits.is_finite() && e.visits >= 0.0;
+                for state in guide.store.regions() {
+                    assert!(entries(state).iter().all(holds), "{table:?}, {rate:?}");
                     let r = state.returns;
                     assert!([r.weight, r.mean, r.square, r.rays].iter().all(|v| v.is_finite() && *v >= 0.0));
-                    assert!((0.0..=1.0).contains(&state.fraction.share()), "{table:?}, {rate:?}");
+                    assert!((0.0..=1.0).contains(&state.fraction.value()), "{table:?}, {rate:?}");
                 }
             }
             assert!(guide.field().len() > 100, "{table:?}, {rate:?}: {} states can be drawn from", guide.field().len());
@@ -103,7 +102,7 @@ fn light_scaled_by_a_power_of_two_scales_every_bit() {
             // six orders of magnitude, so that squares stay normal numbers
             transitions.iter_mut().for_each(|t| t.target = t.target.powf(0.25) * scale + lift);
             learn_all(&mut guide, &transitions, 1000);
-            guide.end_iteration();
+            guide.end_iteration(1);
         }
         guide
     };
@@ -121,13 +120,13 @@ fn light_scaled_by_a_power_of_two_scales_every_bit() {
 
 /// Whether `b` is `a` under light that is `scale` times as bright.
 fn scaled_alike(a: &Guide, b: &Guide, scale: f32) -> bool {
-    let learnt = |(old, new): (&qtable::State, &qtable::State)| {
-        let entries = old.entries().iter().zip(new.entries()).all(|(a, b)| a.q * scale == b.q && a.visits == b.visits);
+    let learnt = |(old, new): (&Region<Learnt>, &Region<Learnt>)| {
+        let entries = entries(old).iter().zip(entries(new)).all(|(a, b)| a.q * scale == b.q && a.visits == b.visits);
         let (r, s) = (old.returns, new.returns);
         let returns = r.mean * scale == s.mean && r.square * (scale * scale) == s.square && r.rays == s.rays;
-        old.key == new.key && entries && returns && old.fraction.logit == new.fraction.logit
+        old.key == new.key && entries && returns && old.fraction.value() == new.fraction.value()
     };
-    let frozen = |state: &qtable::State| match [a, b].map(|guide| guide.field().summary(state.key)) {
+    let frozen = |state: &Region<Learnt>| match [a, b].map(|guide| guide.field().summary(state.key)) {
         [None, None] => true,
         [Some(x), Some(y)] => {
             let densities = |guide: &Guide, known: &RegionInfo| {
@@ -141,7 +140,7 @@ fn scaled_alike(a: &Guide, b: &Guide, scale: f32) -> bool {
         }
         _ => false,
     };
-    let states = |guide: &Guide| guide.learner.states().cloned().collect::<Vec<_>>();
+    let states = |guide: &Guide| guide.store.regions().cloned().collect::<Vec<_>>();
     let (old, new) = (states(a), states(b));
     old.len() == new.len() && old.iter().zip(&new).all(learnt) && old.iter().all(frozen)
 }
@@ -151,7 +150,7 @@ fn learning_leaves_the_snapshot_alone() {
     let mut guide = guide(|s| s.strata = 2);
     let key = state(&guide, Vec3::splat(0.3), Vec3::X);
     teach(&mut guide, key, Vec3::X, &[1.0, 2.0, 3.0, 4.0], 20);
-    guide.end_iteration();
+    guide.end_iteration(1);
     let w = Frame::from_normal(Vec3::X).to_world(Vec3::new(0.3, 0.4, 0.866));
     let answer = |guide: &Guide| {
         let summary = summary(guide, key);
@@ -179,8 +178,8 @@ fn returns_are_moments_of_the_irradiance_s_estimate() {
         &mut guide,
         [one(2.0, 0.5, 1.0, 3.0), one(0.0, 0.5, 1.0, 1.0), one(4.0, 0.25, 0.125, 5.0), one(9.0, 1.0, 0.0, 9.0)],
     );
-    let returns = guide.learner.get(key).unwrap().returns;
-    assert_eq!(returns, qtable::ReturnMoments { weight: 3.0, mean: 2.0, square: 20.0 / 3.0, rays: 3.0 });
+    let returns = guide.store.get(key).unwrap().returns;
+    assert_eq!(returns, ReturnMoments { weight: 3.0, mean: 2.0, square: 20.0 / 3.0, rays: 3.0 });
 }
 
 /// Where BSDF and guide each have two halves of the directions, the learnt share goes to whichever is right.
@@ -202,7 +201,7 @@ fn the_learnt_fraction_goes_to_the_better_sampler() {
                 })
                 .collect();
             learn(&mut guide, transitions);
-            guide.end_iteration();
+            guide.end_iteration(1);
         }
         summary(&guide, key).bsdf_fraction
     };
@@ -231,9 +230,9 @@ fn memory_stays_within_its_bound() {
                 let transitions = random_transitions(&mut rng, &guide, 20_000);
                 met.extend(transitions.iter().map(|t| t.key));
                 learn_all(&mut guide, &transitions, 5000);
-                guide.end_iteration();
+                guide.end_iteration(1);
             }
-            let cells = guide.states.bytes();
+            let cells = guide.partition.bytes();
             let held = held_bytes(&guide);
             println!(
                 "{table:?}, {method:?}: {memory} bytes hold {} of {} states, {held} bytes",
@@ -245,7 +244,7 @@ fn memory_stays_within_its_bound() {
             // an empty snapshot has a table of two slots
             assert!(held <= guide.bytes() + 32 + cells, "{held} bytes are held, {} are admitted", guide.bytes());
             // the room is used: shards fill unevenly, but not by half
-            let one = qtable::bytes_besides_actions() + bytes_of_directions(table);
+            let one = memory::bytes_besides_directions::<Learnt>() + bytes_of_directions(table);
             let room = (memory as usize / 32 / one * 32).min(met.len()) * one;
             assert!(method != GuidingMethod::Grid || 2 * guide.bytes() >= room, "{} bytes of {room}", guide.bytes());
         }
@@ -255,16 +254,16 @@ fn memory_stays_within_its_bound() {
 /// Of a table as it begins, with four strata along a side.
 fn bytes_of_directions(table: DirectionTable) -> usize {
     match table {
-        DirectionTable::Hemisphere => qtable::bytes_of_strata(16),
-        DirectionTable::Sphere => qtable::bytes_of_strata(32),
-        DirectionTable::Tree => tree::bytes_per_node(),
+        DirectionTable::Hemisphere => 16 * (size_of::<Entry>() + size_of::<f32>()),
+        DirectionTable::Sphere => 32 * (size_of::<Entry>() + size_of::<f32>()),
+        DirectionTable::Tree => bytes_per_node(),
     }
 }
 
 /// Bytes of the states, of the hash at its least load, and of the snapshot.
 fn held_bytes(guide: &Guide) -> usize {
-    let state = |state: &qtable::State| size_of::<qtable::State>() + size_of_val(state.entries());
-    guide.learner.states().map(state).sum::<usize>() + guide.field().bytes()
+    let state = |state: &Region<Learnt>| size_of::<Region<Learnt>>() + size_of_val(entries(state));
+    guide.store.regions().map(state).sum::<usize>() + guide.field().bytes()
 }
 
 proptest! {
@@ -274,10 +273,10 @@ proptest! {
     #[test]
     fn every_state_that_was_learnt_is_found(start in 0u64..1 << 40, step in 1u64..1 << 20, n in 1usize..400, bins in 1u64..54) {
         let mut guide = guide(|s| s.strata = 1);
-        let key = |i: usize| StateKey(((start + i as u64 * step) & ((1 << 51) - 1)) | (i as u64 % bins) << 51);
+        let key = |i: usize| RegionId(((start + i as u64 * step) & ((1 << 51) - 1)) | (i as u64 % bins) << 51);
         let visits = (0..n).flat_map(|i| (0..20).map(move |_| (i, 1.0 + i as f32)));
         learn(&mut guide, visits.map(|(i, target)| visit(key(i), Vec3::Y, Vec3::Y, target)));
-        guide.end_iteration();
+        guide.end_iteration(1);
         prop_assert_eq!(guide.field().len(), n);
         for i in 0..n {
             let found = guide.field().summary(key(i)).map(|s| s.irradiance);

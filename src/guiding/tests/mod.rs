@@ -2,20 +2,25 @@
 
 mod directions;
 mod learning;
+mod one_lobe;
+mod pairs;
 mod rates;
 mod refining;
+mod sdtree;
 mod states;
 mod trees;
 
-use super::learner::Table;
-use super::strata::{Domain, Strata};
-use super::tables::Tables as Guide;
+use super::directional::bins::{Domain, Strata};
+use super::directional::hemitree::{TreeShape, bytes_per_node};
+use super::directional::{Entry, Learnt, Model, hemitree};
+use super::region::{Region, ReturnMoments};
+use super::spatial::SpatialPartition;
 use super::*;
-use crate::guiding::settings::{DirectionTable, Rate};
+use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Rate};
 use crate::math::Frame;
 use crate::math::rng::Rng;
 use crate::math::warp;
-use tree::TreeShape;
+use glam::Vec3;
 
 /// A guide of a cube of side 1: a grid of strata of the hemisphere, at the vanishing rate, unless changed.
 fn guide(change: impl FnOnce(&mut GuidingSettings)) -> Guide {
@@ -27,10 +32,7 @@ fn guide(change: impl FnOnce(&mut GuidingSettings)) -> Guide {
         ..GuidingSettings::default()
     };
     change(&mut settings);
-    match super::Guide::new(&settings, (Vec3::ZERO, Vec3::ONE), std::iter::empty()).map(|guide| guide.kind) {
-        Some(Kind::Tables(tables)) => *tables,
-        _ => panic!("the method is one of tables"),
-    }
+    Guide::new(&settings, (Vec3::ZERO, Vec3::ONE), std::iter::empty()).expect("the method is one of guides")
 }
 
 /// Uniform on the sphere.
@@ -43,12 +45,12 @@ fn point(rng: &mut Rng) -> Vec3 {
 }
 
 /// The state at `p` on the side of `n`, without jitter.
-fn state(guide: &Guide, p: Vec3, n: Vec3) -> StateKey {
-    guide.states.key(p, n, [0.5; 2]).expect("cells are everywhere")
+fn state(guide: &Guide, p: Vec3, n: Vec3) -> RegionId {
+    guide.partition.locate(p, n, [0.5; 3]).expect("cells are everywhere").recorded
 }
 
 /// A visit to a Lambertian surface, its direction drawn uniformly from the hemisphere about `n`.
-fn visit(key: StateKey, n: Vec3, wi: Vec3, target: f32) -> Transition {
+fn visit(key: RegionId, n: Vec3, wi: Vec3, target: f32) -> Transition {
     let cos = wi.dot(n).max(0.0);
     Transition {
         key,
@@ -71,8 +73,12 @@ fn learn(guide: &mut Guide, transitions: impl IntoIterator<Item = Transition>) {
 }
 
 /// Visits each stratum of a state with the normal `n` in its middle, `visits` times, and finds `row` there.
-fn teach(guide: &mut Guide, key: StateKey, n: Vec3, row: &[f32], visits: usize) {
-    let Table::Strata(strata) = guide.learner.table.clone() else { panic!("the table has strata") };
+fn teach(guide: &mut Guide, key: RegionId, n: Vec3, row: &[f32], visits: usize) {
+    let strata = match &guide.store.model {
+        Model::Hemisphere(bins) => bins.strata().clone(),
+        Model::Sphere(bins) => bins.strata().clone(),
+        _ => panic!("the model has strata"),
+    };
     let sphere = strata.domain() == Domain::Sphere;
     // the table lies about the normal as it is packed
     let frame = Frame::from_normal(PackedDirection::new(n).unpack());
@@ -88,7 +94,7 @@ fn teach(guide: &mut Guide, key: StateKey, n: Vec3, row: &[f32], visits: usize) 
 fn look_around(
     guide: &mut Guide,
     rng: &mut Rng,
-    (key, n): (StateKey, Vec3),
+    (key, n): (RegionId, Vec3),
     visits: usize,
     light: impl Fn(Vec3) -> f32,
 ) {
@@ -101,22 +107,31 @@ fn look_around(
 }
 
 /// All that a learner knows, in bits.
-fn contents(guide: &Guide) -> Vec<(StateKey, Vec<u32>)> {
-    let bits = |state: &qtable::State| {
-        let entries = state.entries().iter().flat_map(|e| [e.q, e.visits]);
+fn contents(guide: &Guide) -> Vec<(RegionId, Vec<u32>)> {
+    let bits = |state: &Region<Learnt>| {
+        let entries = entries(state).iter().flat_map(|e| [e.q, e.visits]);
         let (r, f) = (state.returns, state.fraction);
-        let rest = [state.visits, state.fresh, r.weight, r.mean, r.square, r.rays, f.logit, f.first, f.second];
+        let rest = [state.visits, state.fresh, r.weight, r.mean, r.square, r.rays, f.value()];
         entries.chain(rest).map(f32::to_bits).collect()
     };
-    guide.learner.states().map(|state| (state.key, bits(state))).collect()
+    guide.store.regions().map(|state| (state.key, bits(state))).collect()
+}
+
+/// What a table knows of its cells, one after the other.
+fn entries(region: &Region<Learnt>) -> &[Entry] {
+    match &region.directions {
+        Learnt::Tree(cells) => &cells.entries,
+        Learnt::Hemisphere(entries) | Learnt::Sphere(entries) => entries,
+        Learnt::Quadtree(_) => panic!("a quadtree has no entries"),
+    }
 }
 
 /// The entries of a state.
-fn row(guide: &Guide, key: StateKey) -> Vec<qtable::Entry> {
-    guide.learner.get(key).expect("the state is in the table").entries().to_vec()
+fn row(guide: &Guide, key: RegionId) -> Vec<Entry> {
+    entries(guide.store.get(key).expect("the state is in the table")).to_vec()
 }
 
 /// What the snapshot knows of a state.
-fn summary(guide: &Guide, key: StateKey) -> RegionInfo {
+fn summary(guide: &Guide, key: RegionId) -> RegionInfo {
     *guide.field().summary(key).expect("enough visits")
 }

@@ -5,13 +5,13 @@ use super::*;
 const RATES: [Rate; 3] = [Rate::Forgetting(0.5), Rate::Vanishing, Rate::Constant(0.1)];
 
 /// A guide of one stratum, and the state that is visited.
-fn one_value(rate: Rate) -> (Guide, StateKey) {
+fn one_value(rate: Rate) -> (Guide, RegionId) {
     let guide = guide(|s| (s.strata, s.rate) = (1, rate));
     let key = state(&guide, Vec3::splat(0.3), Vec3::X);
     (guide, key)
 }
 
-fn find(guide: &mut Guide, key: StateKey, targets: impl Iterator<Item = f32>) {
+fn find(guide: &mut Guide, key: RegionId, targets: impl Iterator<Item = f32>) {
     learn(guide, targets.map(|target| visit(key, Vec3::X, Vec3::X, target)));
 }
 
@@ -26,7 +26,7 @@ fn noisy_targets_converge_to_their_mean() {
             let n = 64 << round;
             find(&mut guide, key, (0..n).map(|_| -7.0 * (1.0 - rng.f32()).ln()));
             visits += n;
-            guide.end_iteration();
+            guide.end_iteration(1);
         }
         // the sum of the squares of the targets' weights
         let squares: f32 = match rate {
@@ -59,7 +59,7 @@ fn an_iteration_keeps_the_share_of_visits_that_is_retained() {
     for retain in [0.0f32, 0.25, 0.5, 1.0] {
         let (mut guide, key) = one_value(Rate::Forgetting(retain));
         find(&mut guide, key, [8.0; 32].into_iter());
-        guide.end_iteration();
+        guide.end_iteration(1);
         guide.learn(&[]);
         let kept = row(&guide, key)[0];
         assert_eq!((kept.q, kept.visits), (8.0, 32.0 * retain), "the value stays, its weight fades");
@@ -77,7 +77,7 @@ fn the_constant_rate_is_a_moving_average() {
     find(&mut guide, key, [8.0, 4.0, 0.0].into_iter());
     // the first visit has nothing to keep: 8, then 8 − 1, then 7 · 3/4
     assert_eq!(row(&guide, key)[0].q, 5.25);
-    guide.end_iteration();
+    guide.end_iteration(1);
     find(&mut guide, key, [5.25, 9.25].into_iter());
     assert_eq!(row(&guide, key)[0].q, 6.25);
 }
@@ -90,7 +90,7 @@ fn chain(rate: Rate) -> Vec<f32> {
         .map(|round| {
             let known = guide.field().summary(key).map_or(0.0, |s| s.irradiance * std::f32::consts::FRAC_1_PI);
             find(&mut guide, key, (0..16 << round).map(|_| 1.0 + 0.8 * known));
-            guide.end_iteration();
+            guide.end_iteration(1);
             (row(&guide, key)[0].q - 5.0).abs() / 5.0
         })
         .collect()
@@ -119,7 +119,7 @@ fn a_drifting_target_is_followed() {
         let (mut guide, key) = one_value(rate);
         for round in 0..10 {
             find(&mut guide, key, (0..16 << round).map(|_| round as f32));
-            guide.end_iteration();
+            guide.end_iteration(1);
         }
         9.0 - row(&guide, key)[0].q
     });

@@ -1,6 +1,7 @@
 //! Where the states of an adaptive grid are cut, and what their parts know.
 
 use super::*;
+use crate::guiding::directional::DirectionalModel;
 use crate::guiding::recorder::SHARDS;
 
 /// Two coarse cells along the side of a cube; states are cut after few visits.
@@ -50,7 +51,7 @@ fn cells_are_cut_where_neighbours_differ_and_not_under_an_even_sky() {
         let (mut guide, mut rng) = (adaptive(|_| ()), Rng::new(1));
         for _ in 0..3 {
             visit_floor(&mut guide, &mut rng, visits, light);
-            guide.end_iteration();
+            guide.end_iteration(1);
         }
         levels(&guide)
     };
@@ -71,7 +72,7 @@ fn a_state_without_neighbours_is_cut_by_its_visits_alone() {
         let (mut guide, mut rng) = (adaptive(|_| ()), Rng::new(2));
         let key = state(&guide, middle(1, 1), Vec3::Y);
         look_around(&mut guide, &mut rng, (key, Vec3::Y), visits, |_| 1.0);
-        guide.end_iteration();
+        guide.end_iteration(1);
         assert_eq!(level(&guide, middle(1, 1)), expected, "{visits} visits");
     }
 }
@@ -82,22 +83,19 @@ fn parts_know_what_the_whole_knew_and_those_never_met_are_dropped() {
     let n = Vec3::Y;
     let key = state(&guide, middle(1, 1), n);
     look_around(&mut guide, &mut rng, (key, n), 4000, |w| if w.x > 0.3 { 5.0 } else { 1.0 });
-    let whole = guide.learner.get(key).unwrap().clone();
-    let Table::Tree(shape) = guide.learner.table.clone() else { panic!("the table has trees") };
-    guide.end_iteration();
-    assert!(guide.learner.get(key).is_none() && guide.field().summary(key).is_none());
-    let parts: Vec<StateKey> = key.parts().collect();
+    let whole = guide.store.get(key).unwrap().clone();
+    let model = guide.store.model.clone();
+    guide.end_iteration(1);
+    assert!(guide.store.get(key).is_none() && guide.field().summary(key).is_none());
+    let parts: Vec<RegionId> = key.parts().collect();
     assert_eq!(guide.states(), 8);
     for part in &parts {
-        let part = guide.learner.get(*part).expect("all eight are there");
+        let part = guide.store.get(*part).expect("all eight are there");
         assert_eq!((part.visits, part.fresh, part.normal), (0.25 * whole.visits, 0.0, whole.normal));
-        assert_eq!(part.returns, qtable::ReturnMoments { weight: 0.25 * whole.returns.weight, ..whole.returns });
+        assert_eq!(part.returns, ReturnMoments { weight: 0.25 * whole.returns.weight, ..whole.returns });
         assert_eq!(part.fraction, whole.fraction);
-        let (qtable::Actions::Tree(old), qtable::Actions::Tree(new)) = (&whole.actions, &part.actions) else {
-            panic!()
-        };
         // few visits lean a little more towards the mean
-        for (old, new) in shape.profile(old).iter().zip(shape.profile(new)) {
+        for (old, new) in model.profile(&whole.directions).iter().zip(model.profile(&part.directions)) {
             assert!((new - old).abs() < 0.03 * old, "{new}, not {old}");
         }
     }
@@ -105,27 +103,30 @@ fn parts_know_what_the_whole_knew_and_those_never_met_are_dropped() {
     let met = state(&guide, middle(1, 1), n);
     assert!(parts.contains(&met));
     look_around(&mut guide, &mut rng, (met, n), 10, |_| 1.0);
-    guide.end_iteration();
-    assert_eq!(guide.learner.states().map(|s| s.key).collect::<Vec<_>>(), [met]);
+    guide.end_iteration(1);
+    assert_eq!(guide.store.regions().map(|s| s.key).collect::<Vec<_>>(), [met]);
 }
 
 #[test]
 fn eight_parts_stay_within_the_memory() {
     let mut rng = Rng::new(4);
-    for memory in [2_000u64, 40_000, 100_000, 400_000, 1_000_000] {
-        let mut guide = adaptive(|s| (s.memory, s.split_visits, s.refine_difference) = (memory, 1.0, 0.0));
+    for bytes in [2_000u64, 40_000, 100_000, 400_000, 1_000_000] {
+        let mut guide = adaptive(|s| (s.memory, s.split_visits, s.refine_difference) = (bytes, 1.0, 0.0));
         let (mut most, mut levels) = (0, 0);
         for _ in 0..5 {
             visit_floor(&mut guide, &mut rng, 2000, two_sided);
-            guide.end_iteration();
-            assert!(guide.bytes() <= (memory as usize).max(guide.states.bytes()), "{} of {memory}", guide.bytes());
-            let room = (memory as usize).saturating_sub(guide.states.bytes()) / SHARDS;
+            guide.end_iteration(1);
+            assert!(guide.bytes() <= (bytes as usize).max(guide.partition.bytes()), "{} of {bytes}", guide.bytes());
+            let room = (bytes as usize).saturating_sub(guide.partition.bytes()) / SHARDS;
             let mut shards = [0; SHARDS];
-            guide.learner.states().for_each(|s| shards[recorder::shard_of(s.key)] += s.bytes());
+            guide
+                .store
+                .regions()
+                .for_each(|s| shards[recorder::shard_of(s.key)] += memory::region_bytes(&guide.store.model, s));
             assert!(shards.iter().all(|bytes| *bytes <= room), "{shards:?}, room for {room}");
             (most, levels) = (most.max(guide.states()), level(&guide, middle(1, 1)));
         }
-        println!("{memory} bytes: {most} states at most, {levels} halvings");
+        println!("{bytes} bytes: {most} states at most, {levels} halvings");
     }
 }
 
@@ -138,7 +139,7 @@ fn any_number_of_threads_cuts_alike() {
             let (mut guide, mut rng) = (adaptive(|s| s.memory = 300_000), Rng::new(seed));
             for _ in 0..4 {
                 visit_floor(&mut guide, &mut rng, 2000, two_sided);
-                guide.end_iteration();
+                guide.end_iteration(1);
             }
             contents(&guide)
         })

@@ -1,12 +1,12 @@
 //! Trees of directions, by themselves and in a guide.
 
 use super::directions::{chi2, turned};
+use super::hemitree::LearntTree;
 use super::*;
 use crate::math::rng::Rng;
 use crate::simd::{self, LANES, Vec3Lanes};
 use crate::stats::{Domain as Whole, chi2_discrete, sidak};
 use proptest::prelude::*;
-use tree::Cells;
 
 /// Smallest cells along the side of the square.
 const FINE: usize = 64;
@@ -39,7 +39,7 @@ impl Lobe {
     }
 }
 
-fn look(cells: &mut Cells, rng: &mut Rng, lobe: &Lobe, visits: usize) {
+fn look(cells: &mut LearntTree, rng: &mut Rng, lobe: &Lobe, visits: usize) {
     for _ in 0..visits {
         let w = warp::square_to_uniform_hemisphere(rng.f32x2());
         let entry = cells.entry_mut(w).expect("the direction is above the horizon");
@@ -49,8 +49,8 @@ fn look(cells: &mut Cells, rng: &mut Rng, lobe: &Lobe, visits: usize) {
 }
 
 /// A tree that has learnt a lobe, and was cut three times.
-fn learnt(rng: &mut Rng, shape: &TreeShape, lobe: &Lobe, visits: usize) -> Cells {
-    let mut cells = Cells::new();
+fn learnt(rng: &mut Rng, shape: &TreeShape, lobe: &Lobe, visits: usize) -> LearntTree {
+    let mut cells = LearntTree::new();
     for _ in 0..3 {
         look(&mut cells, rng, lobe, visits);
         cells = shape.refine(&cells);
@@ -59,18 +59,18 @@ fn learnt(rng: &mut Rng, shape: &TreeShape, lobe: &Lobe, visits: usize) -> Cells
     cells
 }
 
-fn frozen(shape: &TreeShape, cells: &Cells) -> Vec<tree::Node> {
+fn frozen(shape: &TreeShape, cells: &LearntTree) -> Vec<crate::guiding::Node> {
     let mut nodes = Vec::new();
     shape.freeze(cells, &|q, cos| q * cos, &mut nodes);
     nodes
 }
 
 /// Of each of the smallest cells, which entry answers for it.
-fn entries_of(cells: &mut Cells) -> Vec<usize> {
+fn entries_of(cells: &mut LearntTree) -> Vec<usize> {
     fine().map(|w| std::ptr::from_mut(cells.entry_mut(w).expect("above the horizon")) as usize).collect()
 }
 
-fn weight(cells: &Cells) -> f64 {
+fn weight(cells: &LearntTree) -> f64 {
     // a cut cell's own entry repeats what its node's say
     let mut cells = cells.clone();
     let mut entries: Vec<(usize, f64)> = fine()
@@ -95,14 +95,14 @@ fn cells_are_drawn_as_often_as_their_density_says() {
         let cells = learnt(&mut rng, &shape, &lobe, 5000);
         let nodes = frozen(&shape, &cells);
         let solid_angle = std::f64::consts::TAU / (FINE * FINE) as f64;
-        let pmf: Vec<f64> = fine().map(|w| tree::pdf(&nodes, w) as f64 * solid_angle).collect();
+        let pmf: Vec<f64> = fine().map(|w| hemitree::pdf(&nodes, w) as f64 * solid_angle).collect();
         assert!((pmf.iter().sum::<f64>() - 1.0).abs() < 1e-5, "the density integrates to one");
         let mut counts = vec![0; FINE * FINE];
         for _ in 0..100_000 {
             // away from the borders of cells, where rounding decides
             let inside = rng.f32x2().map(|u| 0.005 + 0.99 * u);
-            let (w, density) = tree::sample(&nodes, rng.f64(), inside);
-            assert!((density / tree::pdf(&nodes, w) - 1.0).abs() < 1e-5, "drawn with the density asked for");
+            let (w, density) = hemitree::sample(&nodes, rng.f64(), inside);
+            assert!((density / hemitree::pdf(&nodes, w) - 1.0).abs() < 1e-5, "drawn with the density asked for");
             let [x, y] = warp::uniform_hemisphere_to_square(w).map(|u| (u * FINE as f32) as usize);
             counts[y * FINE + x] += 1;
         }
@@ -111,7 +111,7 @@ fn cells_are_drawn_as_often_as_their_density_says() {
         // another tree's density
         let other =
             frozen(&shape, &learnt(&mut rng, &shape, &Lobe { sharpness: 1.5 * lobe.sharpness + 1.0, ..lobe }, 5000));
-        let wrong: Vec<f64> = fine().map(|w| tree::pdf(&other, w) as f64 * solid_angle).collect();
+        let wrong: Vec<f64> = fine().map(|w| hemitree::pdf(&other, w) as f64 * solid_angle).collect();
         assert!(!chi2_discrete(&counts, &wrong).passes(1e-6), "{lobe:?}: a sharper lobe goes unseen");
     }
 }
@@ -129,7 +129,7 @@ fn directions_about_any_normal_follow_their_density() {
         let lobe = Lobe::random(&mut rng);
         for _ in 0..3 {
             look_around(&mut guide, &mut rng, (key, n), 3000, |w| lobe.radiance(frame.to_local(w)));
-            guide.end_iteration();
+            guide.end_iteration(1);
         }
         let summary = summary(&guide, key);
         let distribution = guide.field().distribution(&summary, n);
@@ -145,7 +145,7 @@ fn trees_of_a_packet_are_drawn_from_as_each_by_itself() {
     let mut rng = Rng::new(14);
     let shape = TreeShape::new(0.01, 16.0);
     let sharp = frozen(&shape, &learnt(&mut rng, &shape, &Lobe { axis: Vec3::Z, sharpness: 300.0 }, 5000));
-    let trees = [sharp, frozen(&shape, &Cells::new())];
+    let trees = [sharp, frozen(&shape, &LearntTree::new())];
     assert!(trees[0].len() > 2 && trees[1].len() == 1);
     for _ in 0..1000 {
         let mut lanes = GuideLanes::new();
@@ -188,14 +188,14 @@ fn what_is_learnt_of_a_direction_is_drawn_there() {
         let w = warp::square_to_uniform_hemisphere(square);
         let mut spike = cells.clone();
         for v in fine() {
-            *spike.entry_mut(v).unwrap() = qtable::Entry { q: 0.0, visits: 1e9 };
+            *spike.entry_mut(v).unwrap() = Entry { q: 0.0, visits: 1e9 };
         }
         let own = spike.entry_mut(w).unwrap();
-        *own = qtable::Entry { q: 1e9, visits: 1e9 };
+        *own = Entry { q: 1e9, visits: 1e9 };
         let own = std::ptr::from_mut(own) as usize;
         let size = entries_of(&mut spike).iter().filter(|&&entry| entry == own).count();
         let expected = (FINE * FINE) as f32 / (size as f32 * std::f32::consts::TAU);
-        let pdf = tree::pdf(&frozen(&shape, &spike), w);
+        let pdf = hemitree::pdf(&frozen(&shape, &spike), w);
         assert!((pdf / expected - 1.0).abs() < 0.05, "{square:?}: {pdf} in a cell of {size}, not {expected}");
     }
     let sizes: std::collections::HashSet<usize> =
@@ -230,7 +230,7 @@ fn cells_are_joined_again_where_the_light_went() {
     let shape = TreeShape::new(0.02, 32.0);
     let (old, new) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(-0.6, 0.0, 0.8));
     let mut cells = learnt(&mut rng, &shape, &Lobe { axis: old, sharpness: 300.0 }, 20_000);
-    let size = |cells: &mut Cells, w: Vec3| {
+    let size = |cells: &mut LearntTree, w: Vec3| {
         let own = std::ptr::from_mut(cells.entry_mut(w).unwrap()) as usize;
         entries_of(cells).iter().filter(|&&entry| entry == own).count()
     };
@@ -257,7 +257,7 @@ fn a_known_radiance_is_approached() {
     let lobe = Lobe { axis: Vec3::new(0.36, 0.48, 0.8), sharpness: 100.0 };
     let truth: f32 = fine().map(|w| lobe.radiance(w) * w.z).sum::<f32>() * std::f32::consts::TAU / 4096.0;
     let shapes = [0.002, 1.0].map(|share| TreeShape::new(share, 32.0));
-    let mut cells = [Cells::new(), Cells::new()];
+    let mut cells = [LearntTree::new(), LearntTree::new()];
     println!("visits: share of draws astray, of a tree, of its first 16 cells only");
     let mut errors = [1.0; 2];
     for round in 0..12 {
@@ -267,7 +267,7 @@ fn a_known_radiance_is_approached() {
             cells[k].entries.iter_mut().for_each(|e| e.visits *= 0.5);
             look(&mut cells[k], &mut rng, &lobe, 50 << round);
             let nodes = frozen(&shapes[k], &cells[k]);
-            errors[k] = astray(&lobe, |w| tree::pdf(&nodes, w));
+            errors[k] = astray(&lobe, |w| hemitree::pdf(&nodes, w));
         }
         println!("{:7}: {:.3} ({} nodes), {:.3}", 50 << round, errors[0], cells[0].nodes(), errors[1]);
     }
@@ -282,10 +282,10 @@ fn nodes_and_bytes_are_bounded() {
     let mut rng = Rng::new(7);
     let lobe = Lobe { axis: Vec3::Z, sharpness: 0.1 };
     let all = learnt(&mut rng, &TreeShape::new(0.0, 0.0), &lobe, 5000);
-    assert_eq!((all.nodes(), all.bytes()), (ALL_NODES, ALL_NODES * tree::bytes_per_node()));
+    assert_eq!((all.nodes(), all.bytes()), (ALL_NODES, ALL_NODES * bytes_per_node()));
     assert_eq!(all.entries.len(), 16 * all.nodes());
     assert_eq!(frozen(&TreeShape::new(0.0, 0.0), &all).len(), all.nodes());
-    assert_eq!(size_of::<tree::Node>(), 64, "one cache line");
+    assert_eq!(size_of::<crate::guiding::Node>(), 64, "one cache line");
     for share in [0.5, 0.1, 0.03, 0.01] {
         let most = 1 + (2.0 / share) as usize;
         for _ in 0..10 {
@@ -302,9 +302,9 @@ fn nodes_and_bytes_are_bounded() {
 #[test]
 fn nothing_known_is_drawn_from_evenly() {
     let shape = TreeShape::new(0.02, 32.0);
-    let nodes = frozen(&shape, &Cells::new());
-    assert!(fine().all(|w| (tree::pdf(&nodes, w) * std::f32::consts::TAU - 1.0).abs() < 1e-6));
-    assert_eq!(tree::pdf(&nodes, -Vec3::Z), 0.0);
+    let nodes = frozen(&shape, &LearntTree::new());
+    assert!(fine().all(|w| (hemitree::pdf(&nodes, w) * std::f32::consts::TAU - 1.0).abs() < 1e-6));
+    assert_eq!(hemitree::pdf(&nodes, -Vec3::Z), 0.0);
 }
 
 proptest! {
@@ -315,7 +315,7 @@ proptest! {
     fn cutting_loses_nothing(seed in any::<u64>(), rounds in 1usize..5, share in 0.001f32..0.5, least in 0.0f32..100.0, fade in 0.1f32..1.0) {
         let mut rng = Rng::new(seed);
         let shape = TreeShape::new(share, least);
-        let mut cells = Cells::new();
+        let mut cells = LearntTree::new();
         for _ in 0..rounds {
             let lobe = Lobe::random(&mut rng);
             let visits = 1 + rng.next_u32() as usize % 4000;
@@ -324,7 +324,7 @@ proptest! {
             cells = shape.refine(&cells);
             let (old, new) = (weight(&before), weight(&cells));
             prop_assert!((new - old).abs() <= 1e-4 * old, "{} visits became {}", old, new);
-            let values = |cells: &Cells| -> Vec<qtable::Entry> {
+            let values = |cells: &LearntTree| -> Vec<Entry> {
                 let mut cells = cells.clone();
                 fine().map(|w| *cells.entry_mut(w).unwrap()).collect()
             };
@@ -336,7 +336,7 @@ proptest! {
                 }
             }
             let nodes = frozen(&shape, &cells);
-            let mass: f64 = fine().map(|w| tree::pdf(&nodes, w) as f64).sum::<f64>() * std::f64::consts::TAU / 4096.0;
+            let mass: f64 = fine().map(|w| hemitree::pdf(&nodes, w) as f64).sum::<f64>() * std::f64::consts::TAU / 4096.0;
             prop_assert!((mass - 1.0).abs() < 1e-4, "mass {}", mass);
             cells.entries.iter_mut().for_each(|e| e.visits *= fade);
         }

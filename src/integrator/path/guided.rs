@@ -5,7 +5,7 @@ use super::packet::Packet;
 use super::{GuideUse, Probe, Wavefront};
 use crate::bsdf::{Bsdf, DIFFUSE};
 use crate::guiding::settings::GuideSampling;
-use crate::guiding::{PackedDirection, Place, RegionInfo, StateKey};
+use crate::guiding::{PackedDirection, RegionId, RegionInfo, RegionLookup};
 use crate::integrator::Roulette;
 use crate::integrator::backward_pass::BootstrapValue;
 use crate::integrator::mixture::DirectionSample;
@@ -25,7 +25,7 @@ const MIN_COSINE: f32 = 1e-3;
 #[derive(Clone, Copy)]
 pub(super) struct Guided<'a> {
     /// Where to record.
-    key: StateKey,
+    key: RegionId,
     summary: Option<&'a RegionInfo>,
 }
 
@@ -36,14 +36,14 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         packet.find_guided_lobes(self.product());
         let mut normals = Vec3Lanes::ZERO;
         packet.surfaces.facing_normals(&mut normals);
-        let keys = guide.field.places(packet.surfaces.places(), &normals, self.jitter);
+        let keys = guide.field.locate_lanes(packet.surfaces.places(), &normals, self.jitter);
         let mut known = Mask::NONE;
         for k in each(packet.smooth()) {
             self.counters.guide_queries += 1;
             let (p, n) = (packet.surfaces.p(k), normals.get(k));
             let place = match &keys {
-                Some(keys) => Some(Place { drawn: keys[k], recorded: keys[k] }),
-                None => guide.field.place(p, n, self.jitter),
+                Some(keys) => Some(RegionLookup { drawn: keys[k], recorded: keys[k] }),
+                None => guide.field.locate(p, n, self.jitter),
             };
             let Some(place) = place else {
                 if self.learn {

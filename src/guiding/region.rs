@@ -1,0 +1,99 @@
+//! What is known of one region.
+
+use super::bsdf_fraction::BsdfFraction;
+use super::directional::DirectionalModel;
+use super::recorder::Transition;
+use super::spatial::RegionId;
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// What is known of one region; `L` is what its directional model has learnt.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Region<L> {
+    pub key: RegionId,
+    /// The normal that the partition gives, or else of the first visit; hemispheres of an oriented region are about it.
+    pub normal: Vec3,
+    pub directions: L,
+    /// Weight of all visits.
+    pub visits: f32,
+    /// Visits since the iteration began.
+    pub fresh: f32,
+    /// Whether it was ever met; else all that it knows is of the region that it was a part of.
+    pub met: bool,
+    pub returns: ReturnMoments,
+    pub fraction: BsdfFraction,
+}
+
+impl<L> Region<L> {
+    /// Counts a visit in, but for its direction. `origin` is the logit of the share of the BSDF that learning starts at.
+    #[inline(always)]
+    pub(super) fn visit(&mut self, transition: &Transition, origin: f32) {
+        self.visits += 1.0;
+        self.fresh += 1.0;
+        self.met = true;
+        self.returns.add(transition);
+        let Transition { target, scattered, pdf, bsdf_pdf, guide_pdf, .. } = *transition;
+        self.fraction.learn(target * scattered / pdf, bsdf_pdf, guide_pdf, origin);
+    }
+
+    /// Leaves earlier visits a share of their weight.
+    pub(super) fn decay<D: DirectionalModel<Learnt = L>>(&mut self, model: &D, share: f32) {
+        model.decay(&mut self.directions, share);
+        self.visits *= share;
+        self.returns.weight *= share;
+    }
+
+    /// Begins an iteration.
+    pub(super) fn begin(&mut self) {
+        self.fresh = 0.0;
+    }
+
+    /// The same knowledge, of a part of the region with the given share of its visits.
+    pub(super) fn part<D>(&self, model: &D, key: RegionId, share: f32) -> Region<L>
+    where
+        D: DirectionalModel<Learnt = L>,
+        L: Clone,
+    {
+        let mut part = Region { key, fresh: 0.0, met: false, ..self.clone() };
+        part.decay(model, share);
+        part
+    }
+
+    /// Whether the numbers that sampling relies on are of the range that learning keeps them in. The moments of returns
+    /// decide only how many paths go on, which is bounded whatever they are.
+    pub(super) fn is_sound<D: DirectionalModel<Learnt = L>>(&self, model: &D) -> bool {
+        let amount = |x: f32| x >= 0.0 && x.is_finite();
+        (self.normal.length() - 1.0).abs() < 1e-3
+            && amount(self.visits)
+            && amount(self.fresh)
+            && self.fraction.is_sound()
+            && model.is_sound(&self.directions)
+    }
+}
+
+/// Moments of the one-sample estimate of a region's irradiance over π, that is of target·f·cosθ/p with the BSDF's albedo
+/// divided out, and the rays it took. Roulette and splitting go by them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReturnMoments {
+    pub weight: f32,
+    pub mean: f32,
+    pub square: f32,
+    pub rays: f32,
+}
+
+impl ReturnMoments {
+    /// Counts a transition in.
+    #[inline]
+    fn add(&mut self, transition: &Transition) {
+        let estimate = transition.target * transition.scattered / transition.pdf;
+        // one whose square is beyond an `f32` would be all that is ever known
+        if transition.scattered == 0.0 || !(estimate * estimate).is_finite() {
+            return;
+        }
+        self.weight += 1.0;
+        let step = 1.0 / self.weight;
+        self.mean += (estimate - self.mean) * step;
+        self.square += (estimate * estimate - self.square) * step;
+        self.rays += (transition.rays - self.rays) * step;
+    }
+}
