@@ -124,11 +124,14 @@ fn numbers_out_of_range_are_refused() {
         ),
         ("[integrator]\nmax_depth = 0", "2:13: `max_depth` must be between 1 and 4294967295, found 0"),
         ("[guiding]\nretain = 1.5", "2:10: `retain` must be between 0 and 1, found 1.5"),
-        ("[guiding]\nsmoothing = -0.5", "2:13: `smoothing` must be between 0 and 1, found -0.5"),
+        ("[guiding]\ntable = 'sphere'\nsmoothing = -0.5", "3:13: `smoothing` must be between 0 and 1, found -0.5"),
         ("[guiding]\nlevels = 5", "2:10: `levels` must be between 0 and 4, found 5"),
         ("[guiding]\nresolution = 8193", "2:14: `resolution` must be between 1 and 8192, found 8193"),
         ("[integrator]\nmax_split = 0.5", "2:13: `max_split` must be at least 1, found 0.5"),
-        ("[guiding]\nbsdf_fraction = 0", "2:17: `bsdf_fraction` must be greater than 0 and at most 1, found 0"),
+        (
+            "[guiding]\nlearned_fraction = false\nbsdf_fraction = 0",
+            "3:17: `bsdf_fraction` must be greater than 0 and at most 1, found 0",
+        ),
         (
             "[guiding]\nmemory = '12 XB'",
             "2:10: `memory` must be 1 or more bytes, or text with a unit \
