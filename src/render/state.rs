@@ -23,7 +23,7 @@ pub(super) struct RenderState {
     pub policy: Policy,
     /// The next iteration, or the one under way.
     pub plan: Plan,
-    /// What guided roulette goes by; `None` until picture and guide say enough.
+    /// The normalisation of guided roulette; `None` until picture and guide say enough.
     pub roulette: Option<RouletteNormalisation>,
     /// Σ x and Σ x² of the luminance of light that bounced, pixel by pixel, over pilot samples; empty after them.
     pub bounced: Vec<[f32; 2]>,

@@ -110,7 +110,7 @@ fn results() -> Value {
     };
     let cells = SCENES.map(|s| METHODS.map(|m| budgets.map(|b| cell(s, m, b)))).into_iter().flatten().flatten();
     json!({
-        "format": 1, "title": "A </script> title", "command": "phototaxis compare scene.toml", "version": "0.1.0",
+        "format": 2, "title": "A </script> title", "command": "phototaxis compare scene.toml", "version": "0.1.0",
         "machine": {"cpu": "a processor", "threads": 2, "os": "a system"}, "baseline": "none", "confidence": 0.95,
         "scenes": SCENES.iter().map(scene).collect::<Vec<_>>(),
         "methods": METHODS.map(|name| json!({"name": name, "overrides": {"guiding.method": name},

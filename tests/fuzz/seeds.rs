@@ -225,7 +225,7 @@ pub const PLAN_WORDS: [&[u8]; 24] = [
 ];
 
 pub const RUNS: &str = concat!(
-    r#"{"plan":{"format":1,"hash":"h","title":"t"}}"#,
+    r#"{"plan":{"format":2,"hash":"h","title":"t"}}"#,
     "\n",
     r#"{"reference":{"scene":"s","reference":{"source":"made","path":"r.exr","samples":64,"wall_seconds":1.5,"relmse_noise":null}}}"#,
     "\n",

@@ -15,8 +15,8 @@ use crate::lab::compare::gallery::matrix::Matrix;
 use crate::lab::compare::gallery::{output, pictures};
 use crate::lab::compare::plan::{Budget, Draft, Plan, parse_set, plain_scene};
 use crate::lab::compare::results::{Results, chart_file, csv};
+use crate::lab::compare::scene_cache::SceneCache;
 use crate::lab::compare::schedule::carry_out;
-use crate::lab::compare::stage::Stage;
 use crate::lab::compare::store::Store;
 use crate::lab::compare::{file, report, sweep};
 use crate::render::Stop;
@@ -104,7 +104,7 @@ pub struct CompareArguments {
 pub fn run(arguments: &CompareArguments) -> Result<ExitCode> {
     let plan = draft(arguments)?.finish()?;
     let threads = arguments.machine.start(arguments.quiet)?;
-    let (stage, warnings) = Stage::load(&plan, threads)?;
+    let (scene_cache, warnings) = SceneCache::load(&plan, threads)?;
     if !arguments.quiet {
         warn(&warnings);
     }
@@ -114,11 +114,11 @@ pub fn run(arguments: &CompareArguments) -> Result<ExitCode> {
     if arguments.restart && log.exists() {
         std::fs::remove_file(&log).with_context(|| log.display().to_string())?;
     }
-    let mut store = Store::open(&log, &stage.plan_hash(&plan), &plan.title)?;
+    let mut store = Store::open(&log, &scene_cache.plan_hash(&plan), &plan.title)?;
     let signals = Signals::catch(arguments.quiet)?;
-    let outcome = carry_on(arguments, &plan, &stage, &mut store, signals.stop());
+    let outcome = carry_on(arguments, &plan, &scene_cache, &mut store, signals.stop());
     // Whatever ended it: what was measured is not lost.
-    let finished = finish(arguments, &plan, &stage, &store);
+    let finished = finish(arguments, &plan, &scene_cache, &store);
     let whole = outcome?;
     finished?;
     Ok(if whole { ExitCode::SUCCESS } else { signals.exit_code() })
@@ -175,21 +175,27 @@ fn names(text: &str) -> Vec<String> {
 }
 
 /// Makes the runs that are missing; `false` where a signal came before all were there.
-fn carry_on(a: &CompareArguments, plan: &Plan, stage: &Stage, store: &mut Store, stop: &Stop) -> Result<bool> {
+fn carry_on(
+    a: &CompareArguments,
+    plan: &Plan,
+    scene_cache: &SceneCache,
+    store: &mut Store,
+    stop: &Stop,
+) -> Result<bool> {
     let screen = Screen::new(a.quiet);
     let mut listener = |event: crate::lab::compare::executor::Event| {
         screen.show(&event);
     };
     // A gallery goes on where a reference cannot be made good enough, and its verdicts say what is then not known.
     let allow_noisy = a.allow_noisy_reference || plan.gallery.is_some();
-    let mut studio = RenderExecutor::new(plan, stage, &a.output, allow_noisy, stop, &mut listener);
-    Ok(carry_out(plan, store, &mut studio, &mut &screen)?)
+    let mut executor = RenderExecutor::new(plan, scene_cache, &a.output, allow_noisy, stop, &mut listener);
+    Ok(carry_out(plan, store, &mut executor, &mut &screen)?)
 }
 
 /// Writes and prints what there is.
-fn finish(arguments: &CompareArguments, plan: &Plan, stage: &Stage, store: &Store) -> Result<()> {
+fn finish(arguments: &CompareArguments, plan: &Plan, scene_cache: &SceneCache, store: &Store) -> Result<()> {
     let folder = &arguments.output;
-    let cells = cells(plan, store, &reference_blocks(plan, stage, store, folder)?);
+    let cells = cells(plan, store, &reference_blocks(plan, scene_cache, store, folder)?);
     if cells.is_empty() {
         return Ok(());
     }
@@ -201,9 +207,9 @@ fn finish(arguments: &CompareArguments, plan: &Plan, stage: &Stage, store: &Stor
         write(&path("png"), &png(&chart.svg)?)?;
     }
     write(&folder.join("results.csv"), csv(plan, store).as_bytes())?;
-    let matrix = matrix(plan, stage, store, &cells, folder)?;
+    let matrix = matrix(plan, scene_cache, store, &cells, folder)?;
     let table = table::lines(plan, store, &cells);
-    let mut results = Results::new(plan, stage, store, &command_line(), cells, charts);
+    let mut results = Results::new(plan, scene_cache, store, &command_line(), cells, charts);
     if let Some(matrix) = matrix {
         results.add_gallery(matrix);
     }
@@ -220,10 +226,16 @@ fn finish(arguments: &CompareArguments, plan: &Plan, stage: &Stage, store: &Stor
 }
 
 /// The verdicts, where the plan asks for them, written as tables and pictures.
-fn matrix(plan: &Plan, stage: &Stage, store: &Store, cells: &[Cell], folder: &Path) -> Result<Option<Matrix>> {
+fn matrix(
+    plan: &Plan,
+    scene_cache: &SceneCache,
+    store: &Store,
+    cells: &[Cell],
+    folder: &Path,
+) -> Result<Option<Matrix>> {
     let Some(gallery) = &plan.gallery else { return Ok(None) };
-    let mut matrix = Matrix::new(plan, gallery, stage, store, cells);
-    pictures::write(&mut matrix, plan, stage, store, folder)?;
+    let mut matrix = Matrix::new(plan, gallery, scene_cache, store, cells);
+    pictures::write(&mut matrix, plan, scene_cache, store, folder)?;
     write(&folder.join("matrix.csv"), output::csv(&matrix).as_bytes())?;
     write(&folder.join("stability.md"), output::markdown(plan, &matrix).as_bytes())?;
     Ok(Some(matrix))

@@ -106,7 +106,7 @@ pub fn read_measured(path: &Path, layer: Option<&str>, denoised: bool) -> Result
     if file.is_denoised(layer) && !denoised {
         return Err(Error::file(
             path,
-            "this is denoised, and its error is not noise: it is measured only with --allow-denoised",
+            "this is denoised, and its error is not noise: `error --allow-denoised` measures it all the same",
         ));
     }
     let Some(name) = layer else { return file.rgb().map_err(|message| Error::file(path, message)) };

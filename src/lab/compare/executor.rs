@@ -7,8 +7,8 @@ use super::measure::{self, Reference, blocks};
 use super::plan::{Plan, file_stem};
 use super::record::{Iteration, Run};
 use super::reference;
+use super::scene_cache::{SceneCache, settings};
 use super::schedule::{Executor, Slot};
-use super::stage::{Stage, settings};
 use super::store::Store;
 use super::{bias::ReferenceBlocks, memory};
 use crate::image::exr::{self, Metadata, Window};
@@ -49,7 +49,7 @@ pub type Listener<'a> = &'a mut dyn FnMut(Event);
 /// Renders and measures the runs of a plan.
 pub struct RenderExecutor<'a> {
     plan: &'a Plan,
-    stage: &'a Stage,
+    scene_cache: &'a SceneCache,
     folder: &'a Path,
     allow_noisy: bool,
     reference: Option<Reference>,
@@ -65,14 +65,14 @@ impl<'a> RenderExecutor<'a> {
     /// asked for, the run under way is thrown away and no other begins.
     pub fn new(
         plan: &'a Plan,
-        stage: &'a Stage,
+        scene_cache: &'a SceneCache,
         folder: &'a Path,
         allow_noisy: bool,
         stop: &'a Stop,
         listener: Listener<'a>,
     ) -> RenderExecutor<'a> {
         let (limits, worst) = (Limits::default(), Vec::new());
-        RenderExecutor { plan, stage, folder, allow_noisy, reference: None, stop, listener, limits, worst }
+        RenderExecutor { plan, scene_cache, folder, allow_noisy, reference: None, stop, listener, limits, worst }
     }
 
     /// Renders; `None` where it was told to stop.
@@ -95,11 +95,11 @@ impl<'a> RenderExecutor<'a> {
         std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
         let e = &rendering.estimate;
         let metadata = Metadata {
-            scene_hash: self.stage.plain(slot.scene).0.hash_text(),
+            scene_hash: self.scene_cache.plain(slot.scene).0.hash_text(),
             samples_per_pixel: e.samples,
             render_time_seconds: rendering.wall_seconds as f32,
             seed: slot.seed,
-            extra: Platform::of(self.stage.plain(slot.scene).0.geometry().device()).attributes(),
+            extra: Platform::of(self.scene_cache.plain(slot.scene).0.geometry().device()).attributes(),
         };
         let window = Window::full(e.width as usize, e.height as usize);
         exr::write(path, &window, vec![Layer::color("", &e.mean), Layer::color("variance", &e.variance)], &metadata)
@@ -117,7 +117,7 @@ impl Executor for RenderExecutor<'_> {
             return Ok(false);
         }
         if let Some(known) = store.reference(&name) {
-            self.reference = Some(reference::read(&known.file(self.folder), self.stage.plain(scene).0)?);
+            self.reference = Some(reference::read(&known.file(self.folder), self.scene_cache.plain(scene).0)?);
             return Ok(true);
         }
         if let Some(path) = &entry.reference {
@@ -125,14 +125,14 @@ impl Executor for RenderExecutor<'_> {
         }
         let folder = self.folder.join("references");
         std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
-        let (loaded, description) = self.stage.reference(scene);
+        let (loaded, description) = self.scene_cache.reference(scene);
         let file = reference::file_name(&file_stem(&name), loaded, description);
         self.make(scene, &Path::new("references").join(file), store)
     }
 
     fn run(&mut self, slot: &Slot) -> Result<Option<Run>> {
-        let (plan, stage) = (self.plan, self.stage);
-        let (scene, description) = stage.with_method(slot.scene, slot.method);
+        let (plan, scene_cache) = (self.plan, self.scene_cache);
+        let (scene, description) = scene_cache.with_method(slot.scene, slot.method);
         let budget = plan.budgets[slot.budget];
         let (scene_name, budget_name) = (plan.scenes[slot.scene].name(), budget.name());
         let method = &plan.methods[slot.method].name;
@@ -178,14 +178,14 @@ fn image_path(folder: &Path, plan: &Plan, scene: usize, method: usize, end: &str
 /// A reference that can no longer be read.
 pub fn reference_blocks(
     plan: &Plan,
-    stage: &Stage,
+    scene_cache: &SceneCache,
     store: &Store,
     folder: &Path,
 ) -> Result<BTreeMap<String, ReferenceBlocks>> {
     let mut all = BTreeMap::new();
     for (index, entry) in plan.scenes.iter().enumerate() {
         let Some(known) = store.reference(&entry.name()) else { continue };
-        let reference = reference::read(&known.file(folder), stage.plain(index).0)?;
+        let reference = reference::read(&known.file(folder), scene_cache.plain(index).0)?;
         all.extend(reference.blocks().map(|blocks| (entry.name(), blocks)));
     }
     Ok(all)

@@ -20,7 +20,7 @@ pub mod reference;
 pub mod report;
 pub mod results;
 pub mod rgbe;
+pub mod scene_cache;
 pub mod schedule;
-pub mod stage;
 pub mod store;
 pub mod sweep;

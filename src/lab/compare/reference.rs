@@ -109,7 +109,7 @@ impl Growing {
     pub fn grow(mut found: Option<Growing>, scene: &Scene, of: &SceneFile, growth: Growth) -> Option<Growing> {
         while let Some(samples) = found.as_ref().map_or(Some(FIRST), |f| f.next(growth.wanted, growth.time)) {
             let taken = found.as_ref().map_or((0, 0.0), |f| (f.samples, f.seconds));
-            let mut settings = super::stage::settings(of);
+            let mut settings = super::scene_cache::settings(of);
             settings.guiding.method = GuidingMethod::None;
             settings.render.combine = Combine::All;
             settings.render.order = Order::Progressive;

@@ -8,8 +8,8 @@ use super::memory;
 use super::plan::{Plan, file_stem};
 use super::record::{ReferenceRecord, Run};
 use super::rgbe;
+use super::scene_cache::SceneCache;
 use super::schedule::order;
-use super::stage::Stage;
 use super::store::Store;
 use crate::Result;
 use crate::image::exr::read_rgb;
@@ -70,7 +70,7 @@ impl Results {
     /// `command` is the command line, for the reader.
     pub fn new(
         plan: &Plan,
-        stage: &Stage,
+        scene_cache: &SceneCache,
         store: &Store,
         command: &str,
         cells: Vec<Cell>,
@@ -81,7 +81,7 @@ impl Results {
             title: plan.title.clone(),
             command: command.into(),
             version: env!("CARGO_PKG_VERSION"),
-            platform: stage.platform(),
+            platform: scene_cache.platform(),
             machine: json!({
                 "cpu": memory::processor(),
                 "threads": rayon::current_num_threads(),
@@ -89,7 +89,7 @@ impl Results {
             }),
             baseline: plan.methods[plan.baseline].name.clone(),
             confidence: CONFIDENCE,
-            scenes: (0..plan.scenes.len()).map(|k| scene(plan, stage, store, k)).collect(),
+            scenes: (0..plan.scenes.len()).map(|k| scene(plan, scene_cache, store, k)).collect(),
             methods: (0..plan.methods.len()).map(|k| method(plan, k)).collect(),
             budgets: plan.budgets.iter().map(|b| budget(*b)).collect(),
             runs: runs(plan, store).map(run).collect(),
@@ -155,8 +155,8 @@ fn runs<'a>(plan: &'a Plan, store: &'a Store) -> impl Iterator<Item = &'a Run> {
     order(plan).into_iter().filter_map(|slot| store.find(plan, &slot))
 }
 
-fn scene(plan: &Plan, stage: &Stage, store: &Store, index: usize) -> SceneResult {
-    let (loaded, _) = stage.plain(index);
+fn scene(plan: &Plan, scene_cache: &SceneCache, store: &Store, index: usize) -> SceneResult {
+    let (loaded, _) = scene_cache.plain(index);
     let entry = &plan.scenes[index];
     SceneResult {
         name: entry.name(),

@@ -67,7 +67,7 @@ fn says_nan(value: &Value) -> bool {
 }
 
 fn check_head(results: &Value) {
-    assert_eq!((&results["format"], &results["baseline"]), (&1.into(), &"none".into()));
+    assert_eq!((&results["format"], &results["baseline"]), (&2.into(), &"none".into()));
     assert!(results["command"].as_str().unwrap().starts_with("phototaxis compare "), "{}", results["command"]);
     assert_eq!(results["methods"][1]["overrides"]["guiding.method"], "grid");
     assert_eq!(results["budgets"][0], serde_json::json!({"name": "2 spp", "wall_seconds": null, "spp": 2}));

@@ -3,8 +3,8 @@
 use super::{RenderExecutor, worst_path};
 use crate::film::accumulate::Estimate;
 use crate::lab::compare::plan::Budget;
+use crate::lab::compare::scene_cache::settings;
 use crate::lab::compare::schedule::Slot;
-use crate::lab::compare::stage::settings;
 use crate::lab::compare::store::Store;
 use crate::render::{self, GuideIo, Order, Rendering, Settings};
 use crate::scene::Scene;
@@ -65,7 +65,7 @@ impl RenderExecutor<'_> {
         for (index, method) in plan.methods.iter().enumerate() {
             self.worst.push(store.worst(&name, &method.name, &budget.name()));
             if store.repeatable(&name, &method.name, spp).is_none() {
-                let (loaded, description) = self.stage.with_method(scene, index);
+                let (loaded, description) = self.scene_cache.with_method(scene, index);
                 let mut settings = settings(description);
                 let render = &mut settings.render;
                 (render.seed, render.spp, render.time) = (REPEATED_SEED, spp, None);

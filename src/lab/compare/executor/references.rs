@@ -4,7 +4,7 @@ use super::{Event, RenderExecutor, picture};
 use crate::lab::compare::measure;
 use crate::lab::compare::plan::Budget;
 use crate::lab::compare::reference::{self, Growing, Growth, SEEDS};
-use crate::lab::compare::stage::settings;
+use crate::lab::compare::scene_cache::settings;
 use crate::lab::compare::store::Store;
 use crate::render::Progress;
 use crate::{Error, Result};
@@ -27,7 +27,7 @@ impl RenderExecutor<'_> {
     pub(super) fn make(&mut self, scene: usize, file: &Path, store: &mut Store) -> Result<bool> {
         let Some(smallest) = self.smallest_error(scene) else { return Ok(false) };
         let (name, wanted) = (self.plan.scenes[scene].name(), self.plan.reference_noise * smallest);
-        let (loaded, description) = self.stage.reference(scene);
+        let (loaded, description) = self.scene_cache.reference(scene);
         let path = self.folder.join(file);
         let found = Growing::find(&path, loaded)?;
         let mut observer =
@@ -48,7 +48,7 @@ impl RenderExecutor<'_> {
 
     /// Takes a file as reference; `false` where it was told to stop.
     pub(super) fn take(&mut self, scene: usize, path: &Path, store: &mut Store) -> Result<bool> {
-        let reference = reference::read(path, self.stage.plain(scene).0)?;
+        let reference = reference::read(path, self.scene_cache.plain(scene).0)?;
         let name = self.plan.scenes[scene].name();
         if let Some(noise) = reference.noise().filter(|_| !self.allow_noisy) {
             let Some(smallest) = self.smallest_error(scene) else { return Ok(false) };
@@ -84,8 +84,8 @@ impl RenderExecutor<'_> {
 
     /// What a short run promises for the largest budget.
     fn pilot(&mut self, scene: usize, method: usize) -> Option<f64> {
-        let (plan, stage) = (self.plan, self.stage);
-        let (loaded, description) = stage.with_method(scene, method);
+        let (plan, scene_cache) = (self.plan, self.scene_cache);
+        let (loaded, description) = scene_cache.with_method(scene, method);
         let largest = plan.budgets[plan.budgets.len() - 1];
         let (name, of) = (plan.scenes[scene].name(), &plan.methods[method].name);
         let event = |progress| Event::Pilot { scene: &name, method: of, progress };

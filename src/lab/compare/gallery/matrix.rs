@@ -5,8 +5,8 @@ use super::{Bounds, Colour, Gallery};
 use crate::lab::compare::cell::{Cell, Ratio};
 use crate::lab::compare::plan::Plan;
 use crate::lab::compare::record::Run;
+use crate::lab::compare::scene_cache::SceneCache;
 use crate::lab::compare::schedule::order;
-use crate::lab::compare::stage::Stage;
 use crate::lab::compare::store::Store;
 use crate::stats::sidak;
 use serde::Serialize;
@@ -54,8 +54,8 @@ impl MatrixCell {
 
 impl Matrix {
     /// Judges all cells that have runs.
-    pub fn new(plan: &Plan, gallery: &Gallery, stage: &Stage, store: &Store, cells: &[Cell]) -> Matrix {
-        let memory = |scene, method| stage.with_method(scene, method).1.guiding.memory;
+    pub fn new(plan: &Plan, gallery: &Gallery, scene_cache: &SceneCache, store: &Store, cells: &[Cell]) -> Matrix {
+        let memory = |scene, method| scene_cache.with_method(scene, method).1.guiding.memory;
         Matrix::judged(plan, gallery, store, cells, &memory)
     }
 

@@ -5,7 +5,7 @@ use crate::image::exr::read_rgb;
 use crate::image::{Image, ViewTransform, png};
 use crate::lab::compare::executor::worst_path;
 use crate::lab::compare::plan::{Plan, file_stem};
-use crate::lab::compare::stage::Stage;
+use crate::lab::compare::scene_cache::SceneCache;
 use crate::lab::compare::store::Store;
 use crate::math::Rgb;
 use crate::{Error, Result};
@@ -19,14 +19,14 @@ const GAP: usize = 8;
 ///
 /// # Errors
 /// Pictures that cannot be read or written.
-pub fn write(matrix: &mut Matrix, plan: &Plan, stage: &Stage, store: &Store, folder: &Path) -> Result<()> {
+pub fn write(matrix: &mut Matrix, plan: &Plan, scene_cache: &SceneCache, store: &Store, folder: &Path) -> Result<()> {
     let pictures = folder.join("pictures");
     std::fs::create_dir_all(&pictures).map_err(Error::io(&pictures))?;
     for (scene, entry) in plan.scenes.iter().enumerate() {
         let name = entry.name();
         let Some(reference) = store.reference(&name) else { continue };
         let reference = read_rgb(&reference.file(folder))?;
-        let film = &stage.plain(scene).1.scene.film;
+        let film = &scene_cache.plain(scene).1.scene.film;
         let view = ViewTransform::of(film.exposure, film.tone, &reference);
         for (index, method) in plan.methods.iter().enumerate() {
             let path = worst_path(folder, plan, scene, index);

@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap;
 
 /// All scenes and methods of a plan.
 #[derive(Default)]
-pub struct Stage {
+pub struct SceneCache {
     /// By scene of the plan: the scene as it is, and as each method has it.
     plain: Vec<Set>,
     methods: Vec<Vec<Set>>,
@@ -28,13 +28,13 @@ struct Set {
     scene: usize,
 }
 
-impl Stage {
+impl SceneCache {
     /// Reads all settings, then loads what they name; methods that change only how light is sought share a scene. Also
     /// returns warnings.
     ///
     /// # Errors
     /// Wrong settings, with their places; scenes that cannot be loaded; a method that changes the picture's size.
-    pub fn load(plan: &Plan, threads: usize) -> Result<(Stage, Vec<String>)> {
+    pub fn load(plan: &Plan, threads: usize) -> Result<(SceneCache, Vec<String>)> {
         let mut warnings = Vec::new();
         let mut described = Vec::new();
         for entry in &plan.scenes {
@@ -48,14 +48,14 @@ impl Stage {
             described.push((plain, methods, reference));
         }
         let mut loader = Loader { threads, scenes: Vec::new(), known: FxHashMap::default(), warnings };
-        let mut stage = Stage::default();
+        let mut scene_cache = SceneCache::default();
         for (plain, methods, reference) in described {
-            stage.plain.push(loader.set(plain)?);
-            stage.methods.push(methods.into_iter().map(|d| loader.set(d)).collect::<Result<_>>()?);
-            stage.references.push(reference.map(|d| loader.set(d)).transpose()?);
+            scene_cache.plain.push(loader.set(plain)?);
+            scene_cache.methods.push(methods.into_iter().map(|d| loader.set(d)).collect::<Result<_>>()?);
+            scene_cache.references.push(reference.map(|d| loader.set(d)).transpose()?);
         }
-        stage.scenes = loader.scenes;
-        Ok((stage, loader.warnings))
+        scene_cache.scenes = loader.scenes;
+        Ok((scene_cache, loader.warnings))
     }
 
     /// A scene without any method's changes.
@@ -183,15 +183,15 @@ mod tests {
     #[test]
     fn methods_share_a_scene_unless_they_change_it() {
         let plan = plan(&["none", "grid", "sweep:film.filter=tent;render.robust=true,false"], &[]);
-        let (stage, _) = Stage::load(&plan, 1).unwrap();
-        assert_eq!(stage.scenes.len(), 3, "box, tent and robust, tent");
-        assert!(std::ptr::eq(stage.plain(0).0, stage.with_method(0, 1).0));
-        assert!(!std::ptr::eq(stage.with_method(0, 2).0, stage.with_method(0, 3).0));
+        let (scene_cache, _) = SceneCache::load(&plan, 1).unwrap();
+        assert_eq!(scene_cache.scenes.len(), 3, "box, tent and robust, tent");
+        assert!(std::ptr::eq(scene_cache.plain(0).0, scene_cache.with_method(0, 1).0));
+        assert!(!std::ptr::eq(scene_cache.with_method(0, 2).0, scene_cache.with_method(0, 3).0));
     }
 
     #[test]
     fn plans_are_told_apart_by_what_they_measure_and_not_by_how_often() {
-        let hash = |plan: &Plan| Stage::load(plan, 1).unwrap().0.plan_hash(plan);
+        let hash = |plan: &Plan| SceneCache::load(plan, 1).unwrap().0.plan_hash(plan);
         let first = plan(&["none", "grid"], &[]);
         let one = hash(&first);
         assert_eq!(one, hash(&Plan { runs: 9, title: "other".into(), ..first.clone() }));
@@ -207,13 +207,16 @@ mod tests {
 
     #[test]
     fn methods_that_cannot_be_compared_are_refused() {
-        let error = Stage::load(&plan(&["none", "sweep:film.width=32"], &[]), 1).err().unwrap().to_string();
+        let error = SceneCache::load(&plan(&["none", "sweep:film.width=32"], &[]), 1).err().unwrap().to_string();
         assert!(error.contains("`width=32` changes the picture's size"), "{error}");
         let mut other = plan(&["none"], &["film.width=32", "film.height=32"]);
         other.scenes[0].reference_scene = Some(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/furnace.toml"));
-        assert!(Stage::load(&other, 1).is_ok_and(|(stage, _)| !std::ptr::eq(stage.plain(0).0, stage.reference(0).0)));
+        assert!(
+            SceneCache::load(&other, 1)
+                .is_ok_and(|(scene_cache, _)| !std::ptr::eq(scene_cache.plain(0).0, scene_cache.reference(0).0))
+        );
         other.scenes[0].overrides = vec![parse_set("film.width=16").unwrap()];
-        let error = Stage::load(&other, 1).err().unwrap().to_string();
+        let error = SceneCache::load(&other, 1).err().unwrap().to_string();
         assert!(error.contains("cornell: the scene of its reference"), "{error}");
     }
 }
