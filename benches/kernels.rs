@@ -185,6 +185,7 @@ fn model(kind: &str) -> BsdfModel {
             alpha: 0.2,
             distribution,
             nonlinear: true,
+            energy_conserving: false,
         }),
         _ => BsdfDescription::Principled(PrincipledParameters {
             base_color: white,

@@ -39,6 +39,17 @@ impl CoatTable {
         }
     }
 
+    /// The same reflection over a base that gets all that is not reflected, T(µ) = 1 − E(µ) with E the reflected share: with a base
+    /// of albedo R the whole reflects R(1 − E) + E, and no light is lost (albedo scaling: Kelemen & Szirmay-Kalos 2001).
+    pub fn conserving(eta: f32, microfacet: Microfacet) -> CoatTable {
+        let table = CoatTable::new(eta, microfacet);
+        let transmittance = table.reflectance.map(|reflected| 1.0 - reflected);
+        let mean_transmittance = cosine_mean(&transmittance);
+        // so that (1 − ρ)η², by which the base is divided, is the share of diffuse light that enters
+        let internal_reflectance = 1.0 - mean_transmittance / (eta * eta);
+        CoatTable { transmittance, mean_transmittance, internal_reflectance, ..table }
+    }
+
     pub fn microfacet(&self) -> &Microfacet {
         &self.microfacet
     }
@@ -74,13 +85,20 @@ impl CoatTable {
 
 /// Builds each table once.
 #[derive(Debug, Default)]
-pub struct CoatTables(HashMap<(u32, u32, bool), Arc<CoatTable>>);
+pub struct CoatTables(HashMap<(u32, u32, bool, bool), Arc<CoatTable>>);
 
 impl CoatTables {
-    pub(crate) fn get(&mut self, eta: f32, alpha: f32, kind: MicrofacetDistribution) -> Arc<CoatTable> {
-        let key = (eta.to_bits(), alpha.to_bits(), kind == MicrofacetDistribution::Ggx);
-        let table = self.0.entry(key);
-        table.or_insert_with(|| Arc::new(CoatTable::new(eta, Microfacet::new(kind, alpha)))).clone()
+    /// [`CoatTable::conserving`] or [`CoatTable::new`].
+    pub(crate) fn get(
+        &mut self,
+        eta: f32,
+        alpha: f32,
+        kind: MicrofacetDistribution,
+        conserving: bool,
+    ) -> Arc<CoatTable> {
+        let key = (eta.to_bits(), alpha.to_bits(), kind == MicrofacetDistribution::Ggx, conserving);
+        let build = if conserving { CoatTable::conserving } else { CoatTable::new };
+        self.0.entry(key).or_insert_with(|| Arc::new(build(eta, Microfacet::new(kind, alpha)))).clone()
     }
 }
 

@@ -24,6 +24,8 @@ pub struct PlasticParameters {
     pub distribution: MicrofacetDistribution,
     /// Colour shifts by internal scattering are taken into account.
     pub nonlinear: bool,
+    /// The base gets all that the coat does not reflect, so that no light is lost in a rough coat.
+    pub energy_conserving: bool,
 }
 
 impl Default for PlasticParameters {
@@ -36,6 +38,7 @@ impl Default for PlasticParameters {
             alpha: 0.0,
             distribution: MicrofacetDistribution::Ggx,
             nonlinear: false,
+            energy_conserving: false,
         }
     }
 }
@@ -47,8 +50,12 @@ impl Fields for PlasticParameters {
         let specular = key("specular_reflectance", "multiplies the coat's reflection");
         visitor.color(specular, UNIT, &mut self.specular_reflectance)?;
         rough(visitor, "roughness of the coat", &mut self.alpha, &mut self.distribution)?;
+        let meaning = "`reflectance` is that of what the coat does not reflect: R becomes R(1 − E) + E with E the coat's albedo, and \
+                       no light is lost in a rough coat (albedo scaling)";
+        visitor.flag(key("energy_conserving", meaning), &mut self.energy_conserving)?;
         let meaning = "takes colour shifts by scattering inside the coat into account";
-        visitor.flag(key("nonlinear", meaning), &mut self.nonlinear)
+        let nonlinear = key("nonlinear", meaning).only(!self.energy_conserving, "`energy_conserving = false`");
+        visitor.flag(nonlinear, &mut self.nonlinear)
     }
 }
 
@@ -59,12 +66,14 @@ impl BsdfParameters for PlasticParameters {
     fn model(&self, coats: &mut CoatTables) -> Result<Model> {
         let eta = checked_eta(self.int_ior, self.ext_ior)?;
         let alpha = checked_alpha(self.alpha)?;
-        let PlasticParameters { specular_reflectance: specular, nonlinear, distribution, .. } = *self;
+        let PlasticParameters { specular_reflectance: specular, distribution, energy_conserving, .. } = *self;
+        let nonlinear = self.nonlinear && !energy_conserving;
         checked_color(specular, "specular_reflectance")?;
         Ok(if alpha == 0.0 {
             PlasticModel { coat: SmoothCoat::new(eta), specular, nonlinear }.into()
         } else {
-            RoughPlasticModel { coat: coats.get(eta, alpha, distribution), specular, nonlinear }.into()
+            RoughPlasticModel { coat: coats.get(eta, alpha, distribution, energy_conserving), specular, nonlinear }
+                .into()
         })
     }
 }

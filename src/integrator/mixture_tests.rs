@@ -50,6 +50,7 @@ fn coated(alpha: f32) -> BsdfModel {
         alpha,
         distribution: Distribution::Ggx,
         nonlinear: false,
+        energy_conserving: false,
     }))
 }
 

@@ -276,7 +276,7 @@ fn all_lobes_are_rougher_than_nothing_and_diffuse_ones_reflect_their_albedo() {
 #[test]
 fn coats_are_tabulated_once() {
     let mut coats = CoatTables::default();
-    let first = coats.get(1.5, 0.2, Ggx);
-    assert!(std::sync::Arc::ptr_eq(&first, &coats.get(1.5, 0.2, Ggx)));
-    assert!(!std::sync::Arc::ptr_eq(&first, &coats.get(1.5, 0.2, Beckmann)));
+    let first = coats.get(1.5, 0.2, Ggx, false);
+    assert!(std::sync::Arc::ptr_eq(&first, &coats.get(1.5, 0.2, Ggx, false)));
+    assert!(!std::sync::Arc::ptr_eq(&first, &coats.get(1.5, 0.2, Beckmann, false)));
 }

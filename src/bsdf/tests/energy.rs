@@ -50,6 +50,30 @@ fn a_wrong_weight_would_be_noticed() {
     assert!(z_one_mean(1.01 * mean, error, scattered(&bsdf, wo, 1)).abs() > 5.5);
 }
 
+/// Of a base of albedo R under a coat of albedo E the whole has R(1 − E) + E, whatever the coat's roughness: a white one loses
+/// nothing.
+#[test]
+fn conserving_coats_add_to_their_base() {
+    for alpha in [0.05, 0.3, 0.8] {
+        for wo in [Vec3::Z, polar(0.8, 1.0), polar(1.4, 2.0)] {
+            let of = |reflectance: f32| conserving(Ggx, alpha).colored(Rgb::splat(reflectance), Rgb::ZERO);
+            let traced = |material: Material| {
+                let bsdf = material.bsdf();
+                let (mut rng, n) = (Rng::new(63), 100_000);
+                let drawn = (0..n).filter_map(|_| bsdf.sample(wo, rng.f32(), rng.f32x2()));
+                drawn.map(|s| s.weight.x).sum::<f32>() / n as f32
+            };
+            let coat = traced(of(0.0));
+            for reflectance in [0.1, 0.8, 1.0] {
+                let (found, expected) = (traced(of(reflectance)), reflectance * (1.0 - coat) + coat);
+                assert!((found - expected).abs() < 0.01, "{alpha} {wo} {reflectance}: {found} and {expected}");
+                let said = of(reflectance).bsdf().albedo(wo).x;
+                assert!((said - expected).abs() < 0.01, "{alpha} {wo} {reflectance}: {said} and {expected}");
+            }
+        }
+    }
+}
+
 #[test]
 fn no_white_material_gains_energy() {
     let white = |m: Material| m.colored(Rgb::ONE, Rgb::ZERO);
@@ -59,6 +83,7 @@ fn no_white_material_gains_energy() {
             materials.push(conductor(None, kind, alpha));
             materials.push(dielectric(1.5, kind, alpha, false));
             materials.push(white(plastic(kind, alpha, true, Rgb::ONE)));
+            materials.push(white(conserving(kind, alpha)));
         }
     }
     for material in &materials {

@@ -92,8 +92,17 @@ fn plastic(kind: MicrofacetDistribution, alpha: f32, nonlinear: bool, specular: 
         alpha,
         distribution: kind,
         nonlinear,
+        energy_conserving: false,
     });
     Material::new(format!("plastic {kind:?} {alpha} {nonlinear}"), description, true)
+        .colored(Rgb::new(0.8, 0.4, 0.1), Rgb::ZERO)
+}
+
+/// A coat that takes from its base only what it reflects.
+fn conserving(kind: MicrofacetDistribution, alpha: f32) -> Material {
+    let description =
+        PlasticParameters { alpha, distribution: kind, energy_conserving: true, ..PlasticParameters::default() };
+    Material::new(format!("conserving {kind:?} {alpha}"), description.into(), true)
         .colored(Rgb::new(0.8, 0.4, 0.1), Rgb::ZERO)
 }
 
@@ -135,6 +144,7 @@ fn smooth_materials() -> Vec<Material> {
             all.push(conductor(Some(COPPER), kind, alpha));
             all.push(dielectric(1.5, kind, alpha, false));
             all.push(plastic(kind, alpha, true, Rgb::ONE));
+            all.push(conserving(kind, alpha));
         }
         all.push(dielectric(1.1, kind, 0.2, false));
         all.push(dielectric(0.7, kind, 0.2, false));

@@ -51,7 +51,9 @@ impl Record {
         }
         let metallic = self.metallic_share();
         let layered = [self.sheen, self.coat].into_iter().any(|share| share > Some(0.0));
-        if metallic > 0.0 || layered {
+        if metallic == 1.0 && !layered {
+            conductor(self.metal_colour(), self.roughness())
+        } else if metallic > 0.0 || layered {
             self.principled(metallic)
         } else if self.has_highlight() {
             self.plastic()
@@ -89,17 +91,20 @@ impl Record {
     fn mirror(&self) -> BsdfDescription {
         let specular = self.specular.filter(|&specular| specular != Rgb::ZERO);
         let colour = specular.map_or_else(|| self.diffuse_colour(), ColorTexture::Constant);
-        let roughness = self.roughness.unwrap_or(0.0);
-        let alpha = roughness * roughness;
-        ConductorParameters { specular_reflectance: colour, alpha, ..ConductorParameters::default() }.into()
+        conductor(colour, self.roughness.unwrap_or(0.0))
     }
 
-    /// Metals, and what has a sheen or a coat. A metal's colour is `Kd`; older exporters have it in `Ks` alone.
-    fn principled(&self, metallic: f32) -> BsdfDescription {
-        let in_specular = metallic > 0.0 && self.diffuse == Some(Rgb::ZERO) && self.diffuse_map.is_none();
+    /// `Kd`; older exporters have it in `Ks` alone.
+    fn metal_colour(&self) -> ColorTexture {
+        let in_specular = self.diffuse == Some(Rgb::ZERO) && self.diffuse_map.is_none();
         let specular = self.specular.filter(|_| in_specular).map(ColorTexture::Constant);
+        specular.unwrap_or_else(|| self.diffuse_colour())
+    }
+
+    /// What is a metal in part, or has a sheen or a coat.
+    fn principled(&self, metallic: f32) -> BsdfDescription {
         let principled = PrincipledParameters {
-            base_color: specular.unwrap_or_else(|| self.diffuse_colour()),
+            base_color: if metallic > 0.0 { self.metal_colour() } else { self.diffuse_colour() },
             metallic,
             roughness: self.roughness(),
             specular: self.specular_level(),
@@ -156,7 +161,7 @@ impl Record {
             reflectance: self.diffuse_colour(),
             int_ior: scaled_ior(ior, 2.0 * self.specular_level()),
             alpha: (roughness * roughness).max(LEAST_PLASTIC_ALPHA),
-            nonlinear: false,
+            energy_conserving: true,
             ..PlasticParameters::default()
         };
         plastic.into()
@@ -213,6 +218,12 @@ impl Record {
     fn illumination_in(&self, models: &[f32]) -> bool {
         self.illumination.is_some_and(|illum| models.contains(&illum))
     }
+}
+
+/// A metal that reflects `colour` at every angle.
+fn conductor(colour: ColorTexture, roughness: f32) -> BsdfDescription {
+    let alpha = roughness * roughness;
+    ConductorParameters { specular_reflectance: colour, alpha, ..ConductorParameters::default() }.into()
 }
 
 /// The index of refraction of which the reflection at normal incidence is `factor` times that of `ior`.

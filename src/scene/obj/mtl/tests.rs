@@ -114,7 +114,7 @@ fn principled(base_color: ColorTexture, metallic: f32, roughness: f32) -> BsdfDe
 fn metals() {
     // as Blender writes them, wholly and in part
     let gold = "Ns 250\nKa 1 1 1\nKd 0.9 0.6 0.1\nKs 0.5 0.5 0.5\nNi 1.45\nd 1\nillum 3";
-    assert_eq!(material(gold).bsdf, principled(constant(0.9, 0.6, 0.1), 1.0, 0.5));
+    assert_eq!(material(gold).bsdf, metal(constant(0.9, 0.6, 0.1), 0.25));
     assert_eq!(material("Ns 250\nKa .5\nKd .3\nKs .5\nillum 3").bsdf, principled(constant(0.3, 0.3, 0.3), 0.5, 0.5));
     // by the words of the format
     assert_eq!(material("Kd .1\nKs .9 .8 .7\nillum 5").bsdf, metal(constant(0.9, 0.8, 0.7), 0.0));
@@ -122,10 +122,9 @@ fn metals() {
     assert_eq!(material("Kd .1\nKs .9\nNs 10\nillum 3\nPr .5").bsdf, metal(constant(0.9, 0.9, 0.9), 0.25));
     assert_eq!(material("Kd .1 .2 .3\nillum 8").bsdf, metal(constant(0.1, 0.2, 0.3), 0.0));
     // the extension
-    assert_eq!(material("Kd .1 .2 .3\nKs .5\nPm 1\nNs 250").bsdf, principled(constant(0.1, 0.2, 0.3), 1.0, 0.5));
+    assert_eq!(material("Kd .1 .2 .3\nKs .5\nPm 1\nNs 250").bsdf, metal(constant(0.1, 0.2, 0.3), 0.25));
     assert_eq!(material("Kd 0\nKs .5\nPm .5\nPr .1").bsdf, principled(constant(0.5, 0.5, 0.5), 0.5, 0.1));
-    let map = ColorTexture::Image(image("a.png"));
-    assert_eq!(material("map_Kd a.png\nPm 1").bsdf, principled(map, 1.0, 0.5));
+    assert_eq!(material("map_Kd a.png\nPm 1").bsdf, metal(ColorTexture::Image(image("a.png")), 0.25));
     let coated = material("Kd .1\nPr .2\nPc 1\nPcr .25\nPs .5").bsdf;
     let BsdfDescription::Principled(p) = coated else { panic!("{coated:?}") };
     assert_eq!((p.metallic, p.clearcoat, p.clearcoat_gloss, p.sheen), (0.0, 1.0, 0.75, 0.5));
