@@ -10,13 +10,13 @@
 
 mod bsdf_fraction;
 mod diagnostics;
-pub mod directional;
+mod directional;
 mod guide;
 mod memory;
 mod packed_direction;
 mod persist;
 mod ppg;
-pub mod recorder;
+pub(crate) mod recorder;
 mod refinement;
 mod region;
 mod region_index;

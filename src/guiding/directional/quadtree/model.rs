@@ -65,6 +65,9 @@ impl LearntQuadtree {
     }
 }
 
+/// Of the mean radiance: 4π times as much is still a number.
+const MAX_MEAN: f32 = f32::MAX / 16.0;
+
 /// Bytes of a node: learnt, and in two snapshots, that of the last iteration that found light and the one in use.
 const BYTES_PER_NODE: usize = EnergyTree::BYTES + 2 * size_of::<QuadNode>();
 
@@ -110,7 +113,7 @@ impl DirectionalModel for SphereQuadtree {
             learnt.known = vec![QuadNode::new(Branch::new(1, 0), [0.0; 4]); learnt.energy.nodes()];
             learnt.energy.write(&mut learnt.known);
             let mean = energy / (4.0 * std::f64::consts::PI * learnt.samples);
-            learnt.mean = mean.min(f32::MAX as f64) as f32;
+            learnt.mean = mean.min(MAX_MEAN as f64) as f32;
         }
     }
 
@@ -180,6 +183,6 @@ impl DirectionalModel for SphereQuadtree {
 
     fn is_sound(&self, learnt: &Self::Learnt) -> bool {
         let known = learnt.known.is_empty() || QuadNode::are_sound(&learnt.known);
-        learnt.energy.is_sound() && known && is_amount(learnt.samples) && is_amount(learnt.mean as f64)
+        learnt.energy.is_sound() && known && is_amount(learnt.samples) && (0.0..=MAX_MEAN).contains(&learnt.mean)
     }
 }

@@ -186,7 +186,9 @@ fn uniform_samples(tree: &SdTree, rng: &mut Rng, n: usize, light: impl Fn(Vec3, 
     let one = |rng: &mut Rng| {
         let (p, w) = (point(rng), square_to_uniform_sphere(rng.f32x2()));
         let leaf = tree.leaf(p, [rng.f32(), rng.f32(), rng.f32()]);
-        sample(leaf, w, light(p, w), UNIFORM_SPHERE_PDF, 1.0)
+        // as at a path's vertex, the guide's density is that of the leaf that is drawn from
+        let guide_pdf = tree.distribution(tree.leaf_at(p)).map_or(-1.0, |quadtree| quadtree.density(w));
+        Sample { guide_pdf, ..sample(leaf, w, light(p, w), UNIFORM_SPHERE_PDF, 1.0) }
     };
     (0..n).map(|_| one(rng)).collect()
 }
