@@ -43,6 +43,8 @@ pub(crate) struct Reader {
     asked: Vec<KeyInfo>,
     /// The first required key that was asked for in vain.
     lacking: Option<&'static str>,
+    /// Keys are taken where they mean nothing, too.
+    lenient: bool,
     given: Vec<(&'static str, At)>,
 }
 
@@ -52,16 +54,34 @@ impl Reader {
         let label = label.into();
         match node.value {
             Value::Table(entries) => {
-                Ok(Reader { label, at: node.at, entries, asked: vec![], lacking: None, given: vec![] })
+                Ok(Reader { label, at: node.at, entries, asked: vec![], lacking: None, lenient: false, given: vec![] })
             }
             other => Err(Fault::new(node.at, format!("{label} must be a table, found {}", other.kind()))),
         }
     }
 
+    /// The same table, of which keys are taken where they mean nothing, too: what comes over it may give them a meaning.
+    pub fn lenient(self, lenient: bool) -> Reader {
+        Reader { lenient, ..self }
+    }
+
+    /// Whether it is read so.
+    pub fn is_lenient(&self) -> bool {
+        self.lenient
+    }
+
     /// A table without keys, to learn which ones are asked for.
     pub fn probe() -> Reader {
         let (asked, given) = (vec![], vec![]);
-        Reader { label: String::new(), at: At::Text(0), entries: Entries::new(), asked, lacking: None, given }
+        Reader {
+            label: String::new(),
+            at: At::Text(0),
+            entries: Entries::new(),
+            asked,
+            lacking: None,
+            lenient: false,
+            given,
+        }
     }
 
     /// The value of a key that is described elsewhere; it is known from here on.
@@ -93,7 +113,7 @@ impl Reader {
             }
             return Ok(None);
         };
-        match key.unless {
+        match key.unless.filter(|_| !self.lenient) {
             Some(with) => Err(Fault::new(node.at, format!("`{}` in {} needs {with}", key.name, self.label))),
             None => Ok(Some(node)),
         }

@@ -86,34 +86,28 @@ const READERS: &[(&str, Read)] = &[("toml", toml::read), ("json", json::read), (
 /// [`Error::Parse`] with line and column for faults in the file, [`Error::Override`] for faults in
 /// those, [`Error::Io`] and [`Error::File`] for a file that cannot be read or is of another kind.
 pub fn load(path: &Path, overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
-    load_layers(path, &[overrides])
+    load_layers(path, &[], overrides)
 }
 
-/// As [`load`], with several lists of overrides, each read as a whole over what comes before it: a key that means something only
-/// with some method is right in a list where the method that holds at its end, by it or by what is below it, is such a one.
+/// As [`load`], where `common` overrides come first, which may be meant for other methods than the one that comes to hold: of
+/// those, keys that mean nothing are no fault.
 ///
 /// # Errors
-/// As [`load`]; an override is counted through all lists.
-pub fn load_layers(path: &Path, layers: &[&[String]]) -> Result<(SceneFile, Vec<String>)> {
+/// As [`load`]; `overrides` are counted after those in `common`.
+pub fn load_layers(path: &Path, common: &[String], overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let Some((_, read)) = READERS.iter().find(|(end, _)| *end == extension) else {
         return Err(Error::file(path, "not a scene: its name must end in .toml, .json or .obj"));
     };
     let (mut file, warnings) = read(path)?;
-    let mut before = 0;
-    for layer in layers {
-        apply_overrides(&mut file, path, layer).map_err(|error| counted_from(before, error))?;
-        before += layer.len();
-    }
+    apply_overrides(&mut file, path, common, true)?;
+    let counted = |error| match error {
+        Error::Override { index, text, message } => Error::Override { index: index + common.len(), text, message },
+        other => other,
+    };
+    apply_overrides(&mut file, path, overrides, false).map_err(counted)?;
     check_order(&file, path)?;
     Ok((file, warnings))
-}
-
-fn counted_from(before: usize, error: Error) -> Error {
-    match error {
-        Error::Override { index, text, message } => Error::Override { index: index + before, text, message },
-        other => other,
-    }
 }
 
 /// Parses the text of a TOML scene file. `path` names it in errors, and paths in it are relative to its folder.
@@ -122,15 +116,15 @@ fn counted_from(before: usize, error: Error) -> Error {
 /// As [`load`].
 pub fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
     let (mut file, warnings) = toml::parse(text, path)?;
-    apply_overrides(&mut file, path, overrides)?;
+    apply_overrides(&mut file, path, overrides, false)?;
     check_order(&file, path)?;
     Ok((file, warnings))
 }
 
-fn apply_overrides(file: &mut SceneFile, path: &Path, overrides: &[String]) -> Result<()> {
+fn apply_overrides(file: &mut SceneFile, path: &Path, overrides: &[String], lenient: bool) -> Result<()> {
     let source = Source { path, text: "", overrides };
     let apply = |root: Node| {
-        let mut root = Reader::new("--set", root)?;
+        let mut root = Reader::new("--set", root)?.lenient(lenient);
         sections::read(&mut root, source.folder(), file)?;
         root.finish()
     };

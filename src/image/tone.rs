@@ -45,7 +45,7 @@ impl Tone {
             Tone::Srgb => 1.0,
             Tone::Agx => AGX_STOPS[1].exp2(),
             // Where the fit reaches 1: the positive root of 0.016271 x² − 0.4083724 x − 0.238171535.
-            Tone::Aces => ACES_SCALE * 25.668_439,
+            Tone::Aces => ACES_SCALE * 25.668_44,
         }
     }
 }

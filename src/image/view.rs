@@ -180,7 +180,7 @@ mod tests {
     fn noise_does_not_change_the_exposure() {
         // The same light in one pixel of sixteen, four in each block.
         let smooth = automatic_stops(&picture(64, [0.1; 4096]), Tone::Agx);
-        let light = |i: usize| if i % 4 == 0 && i / 64 % 4 == 0 { 1.6 } else { 0.0 };
+        let light = |i: usize| if i.is_multiple_of(4) && (i / 64).is_multiple_of(4) { 1.6 } else { 0.0 };
         let noisy = automatic_stops(&picture(64, (0..4096).map(light)), Tone::Agx);
         assert!((smooth - noisy).abs() < 0.02, "{smooth} and {noisy}");
     }

@@ -47,16 +47,13 @@ impl IntegratorSettings {
         t.flag(key("mis", mis), &mut self.mis)?;
         t.choice(key("roulette", "ends paths at random, as described above"), ROULETTES, &mut self.roulette)?;
         let before = "before roulette may end a path; `\"guided\"` goes by it only where the guide knows nothing, and for sharp lobes";
-        let before = key("rr_depth", before).unit("segments").only(self.roulette != Roulette::None, ROULETTE);
+        let before = key("rr_depth", before).unit("segments");
         t.integer(before, 0..=any, &mut self.rr_depth)?;
         let split =
             key("max_split", "into which `\"guided\"` roulette splits one at most; 1 never splits").unit("paths");
-        t.number(split.only(self.roulette == Roulette::Guided, GUIDED), AT_LEAST_ONE, &mut self.max_split)
+        t.number(split, AT_LEAST_ONE, &mut self.max_split)
     }
 }
-
-const ROULETTE: &str = "`roulette` other than `\"none\"`";
-const GUIDED: &str = "`roulette = \"guided\"`";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Roulette {

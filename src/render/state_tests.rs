@@ -49,10 +49,11 @@ fn a_render_in_pieces_is_the_same_to_the_last_bit() {
 
 #[test]
 fn what_a_state_loses_shows_in_the_picture() {
-    let changes: [(&str, fn(&mut RenderState)); 4] = [
+    type Change = fn(&mut RenderState);
+    let changes: [(&str, Change); 4] = [
         ("roulette", |state| state.roulette = None),
         ("learnt samples", |state| state.learnt_samples = 0),
-        ("the plan", |state| state.plan.samples = 1),
+        ("the plan", |state| state.plan.samples += 1),
         ("the seed", |state| state.seed += 1),
     ];
     let (scene, settings) = door(&["guiding.method=adaptive", "render.spp=40"]);

@@ -100,12 +100,15 @@ impl<W: Watch> WorkQueue<'_, W> {
 
     fn learn(&self) -> (Duration, CpuTime) {
         let (wall, cpu) = (WallClock::start(), CpuClock::thread());
+        let mut learnt = false;
         while !self.end.is_urgent()
             && let Some(lesson) = self.lessons.next()
         {
             lesson.learn();
+            learnt = true;
         }
-        (wall.elapsed(), cpu.elapsed())
+        // reading clocks takes time too, and is no learning
+        if learnt { (wall.elapsed(), cpu.elapsed()) } else { Default::default() }
     }
 
     /// `None` where it was given up.

@@ -58,8 +58,9 @@ pub(in crate::format) fn section(
     key: &'static str,
     read: impl FnOnce(&mut Reader) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
+    let lenient = root.is_lenient();
     root.take(key).map_or(Ok(()), |node: Node| {
-        let mut t = Reader::new(format!("[{key}]"), node)?;
+        let mut t = Reader::new(format!("[{key}]"), node)?.lenient(lenient);
         read(&mut t)?;
         t.finish()
     })

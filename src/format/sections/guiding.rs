@@ -41,9 +41,8 @@ const VORONOI: &str = "`method = \"voronoi\"`";
 const STRATA: &str = "`table = \"hemisphere\"` or `\"sphere\"`";
 const TREE: &str = "`table = \"tree\"`";
 const HEMISPHERE: &str = "`table = \"tree\"` or `\"hemisphere\"`";
-const FIXED: &str = "`learned_fraction = false`, or `method = \"sdtree\"`, where learning begins with it";
-const LEARNED: &str = "the share of directions drawn from the BSDF is learnt, state by state (Müller 2019); without this key, adaptive \
-    states (beginning at one half) and SD-trees (beginning at `bsdf_fraction`) learn it, others do not";
+const LEARNED: &str = "the share of directions drawn from the BSDF is learnt, state by state (Müller 2019), beginning at \
+    `bsdf_fraction`; without this key, adaptive states and SD-trees learn it, others do not";
 const ADAPTIVE: &str = "`method = \"auto\"` or `\"adaptive\"`";
 
 /// Reads the section over what there is. A key that means nothing with the method, table or rule in use is refused.
@@ -172,9 +171,9 @@ fn sampling(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
     let mut learned = s.learns_fraction();
     t.flag(key("learned_fraction", LEARNED).optional().only(guided, GUIDED), &mut learned)?;
     s.learned_fraction = if t.has("learned_fraction") { Some(learned) } else { s.learned_fraction };
-    let fixed = guided && !(tabular && s.learns_fraction());
-    let fraction = "of the directions of guided lobes, the share drawn from the BSDF where the guide knows a state";
-    t.number(key("bsdf_fraction", fraction).only(fixed, FIXED), FRACTION, &mut s.bsdf_fraction)?;
+    let fraction = "of the directions of guided lobes, the share drawn from the BSDF where the guide knows a state; where it is \
+        learnt, learning begins with it";
+    t.number(key("bsdf_fraction", fraction).only(guided, GUIDED), FRACTION, &mut s.bsdf_fraction)?;
     let compensation = "the guide leaves out what the BSDF's share already covers";
     let hemisphere = tabular && s.table != DirectionTable::Sphere;
     t.flag(key("mis_compensation", compensation).only(hemisphere, HEMISPHERE), &mut s.mis_compensation)?;

@@ -40,7 +40,6 @@ const WITH: &[(&[&str], &str)] = &[
     (&["strata", "smoothing"], "table = 'hemisphere'\n"),
     (&["blend_visits"], "rule = 'blend'\n"),
     (&["alpha"], "rate = 'constant'\n"),
-    (&["bsdf_fraction"], "learned_fraction = false\n"),
     (&["leaf_samples", "rho", "directional_filter"], "method = 'sdtree'\n"),
 ];
 

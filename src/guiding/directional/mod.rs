@@ -13,7 +13,9 @@ mod weights;
 
 pub use distribution::{GuidingDistribution, InFrame};
 pub use guide_lanes::GuideLanes;
-pub use model::{AnyDirections, Learnt, Model};
+#[cfg(test)]
+pub use model::Learnt;
+pub use model::{AnyDirections, Model};
 
 use super::recorder::Transition;
 use super::settings::{GuideSampling, Rate};

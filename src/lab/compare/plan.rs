@@ -283,13 +283,13 @@ impl Plan {
         scene.reference_scene.as_ref().map(|path| self.described(path, &[], &[])).transpose()
     }
 
-    /// A method's settings are read over those of the plan and the scene, which hold for whatever method knows them.
+    /// A method's settings are read over those of the plan and the scene, which hold for whatever method they mean something with.
     fn described(&self, path: &Path, scene: &[Override], method: &[Override]) -> Result<(SceneFile, Vec<String>)> {
         let common = self.overrides.iter().chain(scene);
         let all: Vec<&Override> = common.chain(method).collect();
         let texts: Vec<String> = all.iter().map(|o| o.text()).collect();
         let (common, method) = texts.split_at(texts.len() - method.len());
-        format::load_layers(path, &[common, method]).map_err(|error| match error {
+        format::load_layers(path, common, method).map_err(|error| match error {
             Error::Override { index, message, .. } => placed(all[index], message),
             other => other,
         })

@@ -13,8 +13,6 @@ mod square;
 
 pub use directions::TreeDirections;
 pub use lanes::{densities, draw as draw_lanes};
-#[cfg(test)]
-pub use leaf_index::leaves;
 pub use learnt::LearntTree;
 pub use model::HemisphereTree;
 pub use shape::TreeShape;

@@ -94,10 +94,6 @@ impl EnergyTree {
         known && are_in_order(self.branches.iter().copied())
     }
 
-    pub fn bytes(&self) -> usize {
-        self.branches.capacity() * size_of::<Branch>() + self.energy.capacity() * size_of::<[f64; 4]>()
-    }
-
     /// Adds energy at an encoded direction, to its leaf or, with `filter`, spread evenly over a box of the leaf's
     /// size about the direction (Müller 2019).
     pub fn splat(&mut self, at: [u16; 2], energy: f64, filter: bool) {

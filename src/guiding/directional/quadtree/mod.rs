@@ -4,9 +4,8 @@ mod building;
 mod frozen;
 mod model;
 
-pub use building::EnergyTree;
 pub use frozen::Quadtree;
-pub use model::{LearntQuadtree, SphereQuadtree};
+pub use model::SphereQuadtree;
 #[cfg(test)]
 pub use {
     building::Fineness,

@@ -62,7 +62,7 @@ fn what_mitsuba_does_not_have_is_refused_by_name() {
     let floor = |rest: &str| format!("[material.floor]\n{rest}\n");
     for (more, word) in [
         (floor("type = \"diffuse\"\nopacity = 0.5"), "material `floor`: opacity"),
-        (floor("type = \"diffuse_transmitter\""), "material `floor`: a diffuse transmitter"),
+        (floor("type = \"diffuse_transmitter\""), "material `floor`: the type `diffuse_transmitter`"),
         (floor("type = \"diffuse\"\nemission = 1\nemission_two_sided = true"), "emission on both sides"),
         (floor("type = \"diffuse\"\nreflectance = { texture = \"a.png\", tint = 0.5 }"), "a tinted texture"),
         ("[[light]]\ntype = \"constant\"\nradiance = 1\n".repeat(2), "two lights that surround"),
