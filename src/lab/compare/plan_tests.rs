@@ -77,7 +77,10 @@ fn faults_are_named_with_their_place() {
 fn wrong_settings_of_a_method_are_named_with_their_place_in_the_file() {
     for (wrong, wanted) in [
         ("guiding.resolutoin = 4", "21:9: unknown key `resolutoin` in [guiding]: did you mean `resolution`?"),
-        ("\n  \"guiding.resolution\" = 0", "22:3: `resolution` must be between 1 and 8192, found 0"),
+        (
+            "\n  \"guiding.memory\" = 0",
+            "22:3: `memory` must be 1 or more bytes, or text with a unit (B, KiB, MiB, GiB, TiB, kB, MB, GB or TB)",
+        ),
         ("integrator.mis = 'no'", "21:12: `mis` must be true or false, found a string"),
     ] {
         let plan = draft(&format!("{FILE}\n{wrong}\n")).unwrap().finish().unwrap();

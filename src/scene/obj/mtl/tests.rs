@@ -69,14 +69,8 @@ fn lights_emit_on_one_side() {
 }
 
 fn plastic(reflectance: ColorTexture, int_ior: f32, alpha: f32) -> BsdfDescription {
-    let nonlinear = false;
-    BsdfDescription::Plastic(PlasticParameters {
-        reflectance,
-        int_ior,
-        alpha,
-        nonlinear,
-        ..PlasticParameters::default()
-    })
+    let other = PlasticParameters::default();
+    PlasticParameters { reflectance, int_ior, alpha, energy_conserving: true, ..other }.into()
 }
 
 #[test]
