@@ -218,7 +218,7 @@ fn sizes_times_and_counts_are_written_as_people_do() {
     assert_eq!((small["width"].as_u64(), small["height"].as_u64()), (Some(10), Some(5)));
     assert_eq!(small["spp"], 4);
     let timed = report(&["--size", "8x8", "--time", "300ms"]);
-    assert!(timed["render_seconds"].as_f64().unwrap() < 60.0);
+    assert!(timed["render_wall_seconds"].as_f64().unwrap() < 60.0);
     for (option, value) in [("--size", "20"), ("--scale", "0%"), ("--spp", "1.5"), ("--time", "1x"), ("--tone", "film")]
     {
         let said = stderr(&run(here.path(), 2, &["render", "a.obj", option, value]));
