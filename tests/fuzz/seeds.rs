@@ -95,7 +95,7 @@ pub const TOML: [&str; 3] = [
      metallic = 0.5\nroughness = 0.3\nspecular = 0.5\nclearcoat = 1\nsheen = 0.5\n\
      [material.glow]\ntype = 'diffuse_transmitter'\nreflectance = 0.2\ntransmittance = 0.3\nopacity = 0.5\n\
      [[light]]\ntype = 'point'\nposition = [0, 3, 0]\nintensity = 10\n[[light]]\ntype = 'constant'\nradiance = 1\n\
-     [guiding]\nmethod = 'sdtree'\nmemory = '16 MiB'\nstrata = 8\nsites = 100\n[integrator]\nmax_depth = 4\nroulette = 'none'\n\
+     [guiding]\nmethod = 'voronoi'\nmemory = '16 MiB'\ntable = 'sphere'\nstrata = 8\nsites = 100\n[integrator]\nmax_depth = 4\nroulette = 'none'\n\
      [render]\nspp = 1\nseed = 7\n",
 ];
 
