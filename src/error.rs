@@ -34,18 +34,18 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
     /// For `map_err` on file operations.
-    pub fn io(path: impl AsRef<Path>) -> impl FnOnce(std::io::Error) -> Error {
+    pub(crate) fn io(path: impl AsRef<Path>) -> impl FnOnce(std::io::Error) -> Error {
         let path = path.as_ref().to_path_buf();
         move |error| Error::Io { path, error }
     }
 
     /// A fault in what a file holds, without a line.
-    pub fn file(path: impl AsRef<Path>, message: impl Into<String>) -> Error {
+    pub(crate) fn file(path: impl AsRef<Path>, message: impl Into<String>) -> Error {
         Error::File { path: path.as_ref().to_path_buf(), message: message.into() }
     }
 
     /// A fault in a text file; `line` and `column` count from 1, column 0 means the whole line.
-    pub fn parse(path: impl AsRef<Path>, line: usize, column: usize, message: impl Into<String>) -> Error {
+    pub(crate) fn parse(path: impl AsRef<Path>, line: usize, column: usize, message: impl Into<String>) -> Error {
         Error::Parse { path: path.as_ref().to_path_buf(), line, column, message: message.into() }
     }
 }
@@ -53,14 +53,14 @@ impl Error {
 /// Where a scene file says something. Line and column count from 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceLocation {
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     pub line: usize,
     pub column: usize,
 }
 
 impl SourceLocation {
     /// That what is said there cannot be used.
-    pub fn error(&self, message: impl Into<String>) -> Error {
+    pub(crate) fn error(&self, message: impl Into<String>) -> Error {
         Error::parse(&self.path, self.line, self.column, message)
     }
 }

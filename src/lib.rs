@@ -47,7 +47,7 @@ pub mod cli;
 pub mod denoise;
 pub(crate) mod document;
 pub mod embree;
-pub mod error;
+pub(crate) mod error;
 pub(crate) mod fields;
 pub mod film;
 pub mod format;
@@ -56,15 +56,15 @@ pub mod guiding;
 pub mod image;
 pub mod inspect;
 pub mod integrator;
-pub mod io;
+pub(crate) mod io;
 #[cfg(feature = "lab")]
 pub mod lab;
-pub mod light;
+pub(crate) mod light;
 pub mod math;
 pub mod platform;
 pub mod render;
 pub mod scene;
-pub mod simd;
+pub(crate) mod simd;
 pub mod stats;
 pub mod texture;
 

@@ -11,20 +11,20 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Platform {
     /// Of the program.
-    pub version: &'static str,
+    pub(crate) version: &'static str,
     /// What it was built from, in git's short form, `-dirty` where files had been changed; `None` where that was no
     /// repository.
-    pub commit: Option<&'static str>,
+    pub(crate) commit: Option<&'static str>,
     /// The level of x86-64 that the program was compiled for, or the name of another architecture.
-    pub compiled_for: &'static str,
+    pub(crate) compiled_for: &'static str,
     /// The highest level of x86-64 that this processor has, or the name of another architecture.
     pub processor: &'static str,
     /// Version of the Embree that runs.
-    pub embree: String,
+    pub(crate) embree: String,
     /// The largest instruction set that it uses.
-    pub embree_isa: &'static str,
+    pub(crate) embree_isa: &'static str,
     /// Whether it has kernels for packets of 16 rays; else it takes them apart.
-    pub embree_packets_of_16: bool,
+    pub(crate) embree_packets_of_16: bool,
 }
 
 /// Defines what levels there are: each is the one before it and these features.
@@ -86,7 +86,7 @@ impl Platform {
     }
 
     /// This program here, with one Embree device.
-    pub fn of(device: &Device) -> Platform {
+    pub(crate) fn of(device: &Device) -> Platform {
         let version = device.version();
         Platform {
             version: env!("CARGO_PKG_VERSION"),
@@ -100,14 +100,14 @@ impl Platform {
     }
 
     /// In one line, without the program's name.
-    pub fn summary(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         let Platform { version, compiled_for, embree, embree_isa, .. } = self;
         let commit = self.commit.map_or(String::new(), |commit| format!(" ({commit})"));
         format!("{version}{commit}, compiled for {compiled_for}, Embree {embree} with {embree_isa}")
     }
 
     /// What can be done where the processor has more than the program was compiled for.
-    pub fn advice(&self) -> Option<String> {
+    pub(crate) fn advice(&self) -> Option<String> {
         let Platform { compiled_for, processor, .. } = self;
         (compiled_for != processor).then(|| {
             format!(
@@ -118,7 +118,7 @@ impl Platform {
     }
 
     /// As it goes into the header of an EXR.
-    pub fn attributes(&self) -> BTreeMap<String, Attribute> {
+    pub(crate) fn attributes(&self) -> BTreeMap<String, Attribute> {
         let commit = self.commit.map(|commit| ("commit", commit));
         let all = [("compiledFor", self.compiled_for), ("embree", &self.embree), ("embreeIsa", self.embree_isa)];
         let text = |(name, value): (&str, &str)| (name.to_string(), Attribute::Text(value.to_string()));

@@ -36,7 +36,7 @@ pub(crate) use lanes::BsdfLanes;
 pub use microfacet::MicrofacetDistribution;
 pub use model::BsdfModel;
 pub(crate) use model::color_textures;
-pub use point::Bsdf;
+pub(crate) use point::Bsdf;
 
 use crate::Result;
 use crate::fields::{FieldVisitor, Fields};

@@ -3,7 +3,7 @@
 use crate::image::Rectangle;
 
 /// A whole number of 1 or more: `64`, `1k` (1000), `1.5M`, `2G`.
-pub fn count(text: &str) -> Result<u64, String> {
+pub(crate) fn count(text: &str) -> Result<u64, String> {
     let expected = || format!("'{text}' is no number of 1 or more, such as 64, 1k (1000) or 1.5M");
     let (number, factor) = match text.char_indices().last() {
         Some((at, 'k' | 'K')) => (&text[..at], 1e3),
@@ -19,13 +19,13 @@ pub fn count(text: &str) -> Result<u64, String> {
 }
 
 /// As [`count`], at most what fits 32 bits.
-pub fn count_u32(text: &str) -> Result<u32, String> {
+pub(crate) fn count_u32(text: &str) -> Result<u32, String> {
     let n = count(text)?;
     u32::try_from(n).map_err(|_| format!("'{text}' is too large: {} at most", u32::MAX))
 }
 
 /// Seconds: `90`, `1m`, `1.5h`, `1h30m`, `500ms`.
-pub fn seconds(text: &str) -> Result<f64, String> {
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     let expected = || format!("'{text}' is no time: a positive number of seconds, or such as 90s, 1m, 1h30m");
     let total = match decimal(text) {
         Some(seconds) => seconds,
@@ -60,26 +60,26 @@ fn decimal(text: &str) -> Option<f64> {
 }
 
 /// `1920x1080`.
-pub fn size(text: &str) -> Result<(u32, u32), String> {
+pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     let side = |text: &str| text.parse::<u32>().ok().filter(|n| *n > 0);
     let sides = text.split_once(['x', 'X', '×']).and_then(|(width, height)| Some((side(width)?, side(height)?)));
     sides.ok_or_else(|| format!("'{text}' is no size: WIDTHxHEIGHT in pixels, such as 1920x1080"))
 }
 
 /// `50%` or `0.5`.
-pub fn scale(text: &str) -> Result<f64, String> {
+pub(crate) fn scale(text: &str) -> Result<f64, String> {
     let value = text.strip_suffix('%').map_or_else(|| decimal(text), |text| decimal(text).map(|x| x / 100.0));
     let scale = value.filter(|x| *x > 0.0 && x.is_finite());
     scale.ok_or_else(|| format!("'{text}' is no scale: a positive percentage, such as 50%"))
 }
 
 /// A side in this scale, of at least one pixel.
-pub fn scaled(side: u64, scale: f64) -> u64 {
+pub(crate) fn scaled(side: u64, scale: f64) -> u64 {
     ((side as f64 * scale).round() as u64).max(1)
 }
 
 /// `x,y,width,height`.
-pub fn rectangle(text: &str) -> Result<Rectangle, String> {
+pub(crate) fn rectangle(text: &str) -> Result<Rectangle, String> {
     let numbers: Option<Vec<usize>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     match numbers.as_deref() {
         Some(&[x, y, width, height]) if width > 0 && height > 0 => Ok(Rectangle { x, y, width, height }),

@@ -10,7 +10,7 @@ use std::num::NonZero;
 
 /// What of the machine is used.
 #[derive(Args)]
-pub struct Machine {
+pub(crate) struct Machine {
     /// Threads, at most as many as there are processors; 0 takes all. What is rendered does not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
@@ -22,7 +22,7 @@ pub struct Machine {
 
 impl Machine {
     /// Starts the threads and settles what Embree uses. Returns the number of threads for Embree, 0 for all.
-    pub fn start(&self, quiet: bool) -> Result<usize> {
+    pub(crate) fn start(&self, quiet: bool) -> Result<usize> {
         let processors = std::thread::available_parallelism().map_or(usize::MAX, NonZero::get);
         let threads = self.threads.min(processors);
         if threads < self.threads && !quiet {
@@ -36,14 +36,14 @@ impl Machine {
 
 /// Which guide, which numbers, what of the machine.
 #[derive(Args)]
-pub struct Choices {
+pub(crate) struct Choices {
     /// The guide: what learns where light comes from. [default: the scene file's, else auto]
     #[arg(long, value_name = "METHOD", value_parser = methods())]
     guide: Option<String>,
     #[arg(long, value_name = "N", help = reference::help("render.seed"))]
     seed: Option<u64>,
     #[command(flatten)]
-    pub machine: Machine,
+    pub(crate) machine: Machine,
     /// Overrides a key of the scene file, for example guiding.resolution=32; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -56,7 +56,7 @@ fn methods() -> PossibleValuesParser {
 
 impl Choices {
     /// `KEY=VALUE` for all that was chosen, after `first`; what `--set` says comes last and holds.
-    pub fn overrides(&self, first: impl IntoIterator<Item = String>) -> Vec<String> {
+    pub(crate) fn overrides(&self, first: impl IntoIterator<Item = String>) -> Vec<String> {
         let method = self.guide.as_ref().map(|name| format!("guiding.method={name}"));
         let given = [self.seed.map(|n| format!("render.seed={n}")), method];
         first.into_iter().chain(given.into_iter().flatten()).chain(self.set.iter().cloned()).collect()

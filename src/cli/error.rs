@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Args)]
-pub struct ErrorArguments {
+pub(crate) struct ErrorArguments {
     /// Pictures (.exr), for example of independent seeds.
     #[arg(required = true)]
     images: Vec<PathBuf>,
@@ -59,7 +59,7 @@ struct Mean {
     high: f64,
 }
 
-pub fn run(arguments: &ErrorArguments) -> Result<ExitCode> {
+pub(crate) fn run(arguments: &ErrorArguments) -> Result<ExitCode> {
     let reference = read(arguments, &arguments.reference, None)?;
     let mut images = Vec::new();
     let mut broken = name_non_finite(&arguments.reference, &reference);

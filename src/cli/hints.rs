@@ -5,7 +5,7 @@ use crate::format::reference::setting_keys;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 /// Adds to an error about an unknown option the key of the scene file that has this name, or nearly.
-pub fn add(error: &mut clap::Error) {
+pub(crate) fn add(error: &mut clap::Error) {
     if error.kind() != ErrorKind::UnknownArgument {
         return;
     }

@@ -25,7 +25,7 @@ const BEAUTY: &str = "beauty";
 
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
-pub struct ImageArguments {
+pub(crate) struct ImageArguments {
     /// Picture to read (.exr).
     image: PathBuf,
     /// Picture to write, .png (as it is shown) or .exr (linear); may be repeated.
@@ -62,7 +62,7 @@ pub struct ImageArguments {
     quiet: bool,
 }
 
-pub fn run(arguments: &ImageArguments) -> Result<ExitCode> {
+pub(crate) fn run(arguments: &ImageArguments) -> Result<ExitCode> {
     check(arguments)?;
     let denoiser = arguments.denoise.then(|| Denoiser::new(0)).transpose()?;
     let mut picture = Picture::of(read_layers(&arguments.image)?);

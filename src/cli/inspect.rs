@@ -26,7 +26,7 @@ use std::process::ExitCode;
 const SCHEMA: u32 = 1;
 
 #[derive(Args)]
-pub struct InspectArguments {
+pub(crate) struct InspectArguments {
     /// Scene file (.toml), interchange scene (.json) or model (.obj).
     scene: PathBuf,
     /// Pixel, counted from the upper left, from 0.
@@ -82,7 +82,7 @@ struct State {
     usable: bool,
 }
 
-pub fn run(arguments: &InspectArguments) -> Result<ExitCode> {
+pub(crate) fn run(arguments: &InspectArguments) -> Result<ExitCode> {
     let threads = arguments.choices.machine.start(arguments.quiet)?;
     let (description, warnings) =
         format::load(&arguments.scene, &arguments.choices.overrides(arguments.spp.map(|n| format!("render.spp={n}"))))?;

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 #[derive(Args)]
-pub struct KeysArguments {
+pub(crate) struct KeysArguments {
     /// Only sections or keys with this in their name, for example guiding or exposure.
     word: Option<String>,
     /// As the tables of docs/scene-file.md.
@@ -16,7 +16,7 @@ pub struct KeysArguments {
     markdown: bool,
 }
 
-pub fn run(arguments: &KeysArguments) -> Result<ExitCode> {
+pub(crate) fn run(arguments: &KeysArguments) -> Result<ExitCode> {
     let word = arguments.word.as_deref().unwrap_or_default().to_lowercase();
     let print = if arguments.markdown { table } else { text };
     let found: String = sections().iter().map(|section| print(section, &word)).collect();

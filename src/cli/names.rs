@@ -13,7 +13,7 @@ const MOST: u32 = 9999;
 
 /// An EXR and a PNG in the current folder, and whether their names have a number because the plain ones are taken by pictures
 /// of other scenes; `force` takes the plain ones all the same. Pictures of this scene are replaced.
-pub fn pictures(scene: &Path, force: bool) -> Result<([PathBuf; 2], bool)> {
+pub(crate) fn pictures(scene: &Path, force: bool) -> Result<([PathBuf; 2], bool)> {
     let stem = stem(scene)?;
     let named = |stem: &str| ["exr", "png"].map(|end| PathBuf::from(format!("{stem}.{end}")));
     let free = |paths: &[PathBuf; 2]| paths.iter().all(|path| may_replace(path, scene));

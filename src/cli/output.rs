@@ -23,15 +23,15 @@ pub(super) const VIEW_LAYER: &str = "viewLayer";
 pub(super) const PNG_SCENE: &str = "Scene";
 
 /// What a denoiser made of a picture.
-pub struct Denoised {
-    pub image: Image,
-    pub seconds: f64,
+pub(crate) struct Denoised {
+    pub(crate) image: Image,
+    pub(crate) seconds: f64,
     /// Its name and version.
-    pub by: String,
+    pub(crate) by: String,
 }
 
 /// The files that a render will write.
-pub struct Outputs {
+pub(crate) struct Outputs {
     pictures: Vec<PathBuf>,
     json: Option<PathBuf>,
     guide: Option<PathBuf>,
@@ -42,7 +42,7 @@ pub struct Outputs {
 impl Outputs {
     /// Decides on names, and refuses before hours are spent on a picture that could not be written. Where no names are given,
     /// another scene's pictures are replaced only with `force`.
-    pub fn new(
+    pub(crate) fn new(
         pictures: &[PathBuf],
         json: Option<&PathBuf>,
         guide: Option<&PathBuf>,
@@ -64,12 +64,12 @@ impl Outputs {
     }
 
     /// Pictures and the guide.
-    pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+    pub(crate) fn paths(&self) -> impl Iterator<Item = &PathBuf> {
         self.pictures.iter().chain(&self.guide)
     }
 
     /// What is to be said of names that were chosen.
-    pub fn note(&self) -> Option<String> {
+    pub(crate) fn note(&self) -> Option<String> {
         let name = self.pictures.first().filter(|_| self.numbered)?;
         Some(format!(
             "note: there are pictures of another scene of that name, so these are {} and so on (--force replaces those)",
@@ -78,12 +78,12 @@ impl Outputs {
     }
 
     /// Whether a picture is in the format of this extension.
-    pub fn any(&self, extension: &str) -> bool {
+    pub(crate) fn any(&self, extension: &str) -> bool {
         self.pictures.iter().any(|path| path.extension().is_some_and(|e| e == extension))
     }
 
     /// Writes them all. One that fails does not keep the others from being written.
-    pub fn write(&self, context: &Context, rendering: &Rendering, report: &Report) -> Result<()> {
+    pub(crate) fn write(&self, context: &Context, rendering: &Rendering, report: &Report) -> Result<()> {
         let estimate = &rendering.estimate;
         // A PNG is packed by one thread: that of a large picture takes as long as an EXR, which all threads pack.
         let pictures = self.pictures.par_iter().map(|path| match path.extension().is_some_and(|e| e == "exr") {

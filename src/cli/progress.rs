@@ -16,7 +16,7 @@ const STEPS: u64 = 1000;
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Show {
+pub(crate) enum Show {
     /// A bar in a terminal, elsewhere a line each ten seconds
     #[default]
     Auto,
@@ -29,7 +29,7 @@ pub enum Show {
 /// What a command is busy with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Stage {
+pub(crate) enum Stage {
     Loading,
     Textures,
     Building,
@@ -69,25 +69,25 @@ static JSON: AtomicBool = AtomicBool::new(false);
 static FINISHING: AtomicBool = AtomicBool::new(false);
 
 /// What the user is told of the time between a signal and the end of rendering.
-pub const FINISHING_TEXT: &str = "finishing this pass";
+pub(crate) const FINISHING_TEXT: &str = "finishing this pass";
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Chooses the form of all that is said, for as long as the program runs.
-pub fn choose(show: Show) {
+pub(crate) fn choose(show: Show) {
     JSON.store(show == Show::Json, Ordering::Relaxed);
 }
 
 /// Shows from now on that rendering is about to end.
-pub fn finishing() {
+pub(crate) fn finishing() {
     FINISHING.store(true, Ordering::Relaxed);
 }
 
 /// Prints a line on standard error, above the bar. Where nobody takes it, because the terminal was closed or a pipe has no
 /// reader, it is lost: that is no reason to lose a picture as well.
-pub fn say(line: &str) {
+pub(crate) fn say(line: &str) {
     let json = || serde_json::json!({ "message": line }).to_string();
     let line = if JSON.load(Ordering::Relaxed) { json() } else { line.to_string() };
     let print = || _ = writeln!(std::io::stderr(), "{line}");
@@ -98,7 +98,7 @@ pub fn say(line: &str) {
 }
 
 /// Shows on standard error what a command is busy with and how far it is, until it is dropped or finished.
-pub struct Bar {
+pub(crate) struct Bar {
     shared: Arc<Shared>,
     ticker: Option<JoinHandle<()>>,
 }
@@ -135,12 +135,12 @@ impl Form {
 
 impl Bar {
     /// Of a render; silent when asked to be.
-    pub fn new(quiet: bool) -> Bar {
+    pub(crate) fn new(quiet: bool) -> Bar {
         Bar::of(if quiet { Show::None } else { Show::Auto }, Stage::Rendering)
     }
 
     /// As asked for, beginning with this stage.
-    pub fn of(show: Show, stage: Stage) -> Bar {
+    pub(crate) fn of(show: Show, stage: Stage) -> Bar {
         let state = State { stage, since: Instant::now(), progress: None, finished: false };
         let shared = Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() });
         let form = match show {
@@ -158,7 +158,7 @@ impl Bar {
     }
 
     /// Something else begins.
-    pub fn stage(&self, stage: Stage) {
+    pub(crate) fn stage(&self, stage: Stage) {
         let mut state = lock(&self.shared.state);
         if state.stage != stage {
             (state.stage, state.since, state.progress) = (stage, Instant::now(), None);
@@ -167,11 +167,11 @@ impl Bar {
         }
     }
 
-    pub fn update(&self, progress: &Progress) {
+    pub(crate) fn update(&self, progress: &Progress) {
         lock(&self.shared.state).progress = Some(*progress);
     }
 
-    pub fn finish(mut self) {
+    pub(crate) fn finish(mut self) {
         self.end();
     }
 

@@ -35,7 +35,7 @@ const EXAMPLES: &str = "Examples:
 
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
-pub struct RenderArguments {
+pub(crate) struct RenderArguments {
     /// Scene file (.toml), interchange scene (.json) or model (.obj).
     scene: PathBuf,
     /// Picture to write, .exr (linear, all layers) or .png (sRGB); may be repeated. [default: both, named like the
@@ -92,7 +92,7 @@ pub struct RenderArguments {
     quiet: bool,
 }
 
-pub fn run(arguments: &RenderArguments) -> Result<ExitCode> {
+pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     let show = if arguments.quiet { Show::None } else { arguments.progress };
     progress::choose(show);
     let threads = arguments.choices.machine.start(arguments.quiet)?;

@@ -16,7 +16,7 @@ const SCHEMA: u32 = 2;
 
 /// What `--json` writes. Rates are per second of wall time.
 #[derive(Serialize)]
-pub struct Report {
+pub(crate) struct Report {
     schema: u32,
     phototaxis: &'static str,
     platform: Platform,
@@ -96,25 +96,25 @@ struct Iteration {
 }
 
 /// What the report needs beside the render itself.
-pub struct Context<'a> {
-    pub scene: &'a Scene,
-    pub name: String,
-    pub seed: u64,
-    pub interrupted: bool,
+pub(crate) struct Context<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) name: String,
+    pub(crate) seed: u64,
+    pub(crate) interrupted: bool,
     /// Wall time.
-    pub load_seconds: f64,
-    pub build_seconds: f64,
-    pub subject: GuideFingerprint,
+    pub(crate) load_seconds: f64,
+    pub(crate) build_seconds: f64,
+    pub(crate) subject: GuideFingerprint,
     /// How the picture is shown, and whether its exposure was found by what it shows.
-    pub view: ViewTransform,
-    pub exposure_auto: bool,
+    pub(crate) view: ViewTransform,
+    pub(crate) exposure_auto: bool,
     /// Where they are asked for.
-    pub guide_layers: Option<Layers>,
-    pub denoised: Option<Denoised>,
+    pub(crate) guide_layers: Option<Layers>,
+    pub(crate) denoised: Option<Denoised>,
 }
 
 impl Report {
-    pub fn new(context: &Context, rendering: &Rendering) -> Report {
+    pub(crate) fn new(context: &Context, rendering: &Rendering) -> Report {
         let total = total(&rendering.iterations);
         let seconds = rendering.wall_seconds;
         let guide = rendering.guide.as_ref();
@@ -174,12 +174,12 @@ impl Report {
     }
 
     /// What is not finite in the picture and its layers.
-    pub fn non_finite(&self) -> Option<&NonFinite> {
+    pub(crate) fn non_finite(&self) -> Option<&NonFinite> {
         self.first_non_finite_pixel.as_ref()
     }
 
     /// The few lines that a person wants at the end.
-    pub fn summary(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         let mut lines = vec![format!(
             "{} samples per pixel in {:.1} s ({:.2} Msamples/s)",
             self.spp, self.render_wall_seconds, self.msamples_per_second
@@ -258,7 +258,7 @@ fn tried(Trial { variance_ratio, cost_ratio }: &Trial) -> String {
 }
 
 /// Counters of all iterations together.
-pub fn total(iterations: &[IterationReport]) -> Counters {
+pub(crate) fn total(iterations: &[IterationReport]) -> Counters {
     let mut sum = Counters::default();
     iterations.iter().for_each(|i| sum.add(&i.counters));
     sum

@@ -27,12 +27,12 @@ struct State {
 }
 
 /// Catches signals for as long as the program runs.
-pub struct Signals(Arc<State>);
+pub(crate) struct Signals(Arc<State>);
 
 impl Signals {
     /// Begins to catch them; with `quiet` nothing is said about them. Those that the program was started to ignore, as by
     /// nohup(1), stay ignored.
-    pub fn catch(quiet: bool) -> Result<Signals> {
+    pub(crate) fn catch(quiet: bool) -> Result<Signals> {
         let state = Arc::new(State::default());
         let caught: Vec<i32> = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|&signal| !is_ignored(signal)).collect();
         for &signal in &caught {
@@ -50,17 +50,17 @@ impl Signals {
     }
 
     /// What signals ask of a render.
-    pub fn stop(&self) -> &Stop {
+    pub(crate) fn stop(&self) -> &Stop {
         &self.0.stop
     }
 
     /// Whether any came.
-    pub fn came(&self) -> bool {
+    pub(crate) fn came(&self) -> bool {
         self.0.first.get().is_some()
     }
 
     /// The program's exit code: as shells have it, 128 and the number of the first signal that came.
-    pub fn exit_code(&self) -> ExitCode {
+    pub(crate) fn exit_code(&self) -> ExitCode {
         self.0.first.get().map_or(ExitCode::SUCCESS, |&signal| ExitCode::from(status(signal)))
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct Reader {
 
 impl Reader {
     /// `label` names the table in messages.
-    pub fn new(label: impl Into<String>, node: Node) -> Result<Reader, Fault> {
+    pub(crate) fn new(label: impl Into<String>, node: Node) -> Result<Reader, Fault> {
         let label = label.into();
         match node.value {
             Value::Table(entries) => {
@@ -36,17 +36,17 @@ impl Reader {
     }
 
     /// The same table, of which keys are taken where they mean nothing, too: what comes over it may give them a meaning.
-    pub fn lenient(self, lenient: bool) -> Reader {
+    pub(crate) fn lenient(self, lenient: bool) -> Reader {
         Reader { lenient, ..self }
     }
 
     /// Whether it is read so.
-    pub fn is_lenient(&self) -> bool {
+    pub(crate) fn is_lenient(&self) -> bool {
         self.lenient
     }
 
     /// A table without keys, to learn which ones are asked for.
-    pub fn probe() -> Reader {
+    pub(crate) fn probe() -> Reader {
         let (asked, given) = (vec![], vec![]);
         Reader {
             label: String::new(),
@@ -60,7 +60,7 @@ impl Reader {
     }
 
     /// The value of a key that is described elsewhere; it is known from here on.
-    pub fn take(&mut self, key: &'static str) -> Option<Node> {
+    pub(crate) fn take(&mut self, key: &'static str) -> Option<Node> {
         self.asked.push(KeyInfo { key: key.into(), kind: String::new(), default: String::new(), range: String::new() });
         self.given(key)
     }
@@ -73,7 +73,7 @@ impl Reader {
 
     /// The value of `key`, with what the reference says of it: what may be written, its default (unless the key says that) and
     /// its range.
-    pub fn ask(
+    pub(crate) fn ask(
         &mut self,
         key: Key,
         kind: impl Into<String>,
@@ -95,54 +95,54 @@ impl Reader {
     }
 
     /// The value of a key that must be there.
-    pub fn require(&mut self, key: &'static str) -> Result<Node, Fault> {
+    pub(crate) fn require(&mut self, key: &'static str) -> Result<Node, Fault> {
         self.take(key).ok_or_else(|| self.missing(key))
     }
 
     /// That a key which was asked for is missing.
-    pub fn missing(&self, key: &str) -> Fault {
+    pub(crate) fn missing(&self, key: &str) -> Fault {
         Fault::new(self.at, format!("{} needs `{key}`", self.label))
     }
 
     /// Whether a key that was asked for was there.
-    pub fn has(&self, key: &str) -> bool {
+    pub(crate) fn has(&self, key: &str) -> bool {
         self.given.iter().any(|(k, _)| *k == key)
     }
 
     /// Where the first of `keys` that was there is written, else the table.
-    pub fn place(&self, keys: &[&str]) -> At {
+    pub(crate) fn place(&self, keys: &[&str]) -> At {
         let at = |key: &&str| self.given.iter().find(|(k, _)| k == key).map(|(_, at)| *at);
         keys.iter().find_map(at).unwrap_or(self.at)
     }
 
-    pub fn label(&self) -> &str {
+    pub(crate) fn label(&self) -> &str {
         &self.label
     }
 
     /// The keys that have been asked for.
-    pub fn asked(&self) -> &[KeyInfo] {
+    pub(crate) fn asked(&self) -> &[KeyInfo] {
         &self.asked
     }
 
     /// The entries that nothing has asked for, in the order of the file.
-    pub fn left_over(&self) -> Vec<(&str, &Entry)> {
+    pub(crate) fn left_over(&self) -> Vec<(&str, &Entry)> {
         let mut left: Vec<(&str, &Entry)> = self.entries.iter().map(|(k, e)| (k.as_str(), e)).collect();
         left.sort_by_key(|(_, entry)| entry.key);
         left
     }
 
     /// All entries at once, for tables whose keys are names that the user gives.
-    pub fn into_entries(self) -> Entries {
+    pub(crate) fn into_entries(self) -> Entries {
         self.entries
     }
 
     /// Refuses the table if a required key was asked for in vain. What is wrong with the keys that are there comes first.
-    pub fn complete(&self) -> Result<(), Fault> {
+    pub(crate) fn complete(&self) -> Result<(), Fault> {
         self.lacking.map_or(Ok(()), |key| Err(self.missing(key)))
     }
 
     /// Refuses the table if a required key is missing, and keys that nothing has asked for.
-    pub fn finish(self) -> Result<(), Fault> {
+    pub(crate) fn finish(self) -> Result<(), Fault> {
         self.complete()?;
         match self.left_over().first() {
             None => Ok(()),
@@ -153,7 +153,7 @@ impl Reader {
         }
     }
 
-    pub fn flag(&mut self, key: impl Into<Key>, slot: &mut bool) -> Result<(), Fault> {
+    pub(crate) fn flag(&mut self, key: impl Into<Key>, slot: &mut bool) -> Result<(), Fault> {
         let key = key.into();
         match self.ask(key, "boolean", slot.to_string(), "")? {
             None => Ok(()),
@@ -165,14 +165,14 @@ impl Reader {
         }
     }
 
-    pub fn number(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut f32) -> Result<(), Fault> {
+    pub(crate) fn number(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut f32) -> Result<(), Fault> {
         let key = key.into();
         let node = self.ask(key, "number", slot.to_string(), bounds.range())?;
         node.map_or(Ok(()), |n| n.number(key.name, bounds).map(|x| *slot = x))
     }
 
     /// A whole number in `range`, which must fit into `T`.
-    pub fn integer<T: TryFrom<u64> + ToString>(
+    pub(crate) fn integer<T: TryFrom<u64> + ToString>(
         &mut self,
         key: impl Into<Key>,
         range: RangeInclusive<u64>,
@@ -188,28 +188,28 @@ impl Reader {
         Ok(())
     }
 
-    pub fn vector(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Vec3) -> Result<(), Fault> {
+    pub(crate) fn vector(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Vec3) -> Result<(), Fault> {
         let key = key.into();
         let node = self.ask(key, "`[x, y, z]`", slot.to_string(), bounds.range())?;
         node.map_or(Ok(()), |n| n.numbers::<3>(key.name, bounds).map(|v| *slot = v.into()))
     }
 
     /// A grey number or `[r, g, b]`.
-    pub fn color(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Rgb) -> Result<(), Fault> {
+    pub(crate) fn color(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Rgb) -> Result<(), Fault> {
         let key = key.into();
         let node = self.ask(key, "colour", shown(*slot), bounds.range())?;
         node.map_or(Ok(()), |n| n.color(key.name, bounds).map(|c| *slot = c))
     }
 
     /// One number for all three axes or one for each.
-    pub fn factors(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Vec3) -> Result<(), Fault> {
+    pub(crate) fn factors(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Vec3) -> Result<(), Fault> {
         let key = key.into();
         let node = self.ask(key, "number or `[x, y, z]`", shown(*slot), bounds.range())?;
         node.map_or(Ok(()), |n| n.color(key.name, bounds).map(|v| *slot = v))
     }
 
     /// One of a list of names.
-    pub fn choice<T: Copy + PartialEq>(
+    pub(crate) fn choice<T: Copy + PartialEq>(
         &mut self,
         key: impl Into<Key>,
         names: &[(&str, T)],
@@ -222,7 +222,7 @@ impl Reader {
     }
 
     /// As [`Reader::choice`]; `None` where the key is absent.
-    pub fn chosen<T: Copy>(&mut self, key: impl Into<Key>, names: &[(&str, T)]) -> Result<Option<T>, Fault> {
+    pub(crate) fn chosen<T: Copy>(&mut self, key: impl Into<Key>, names: &[(&str, T)]) -> Result<Option<T>, Fault> {
         self.chosen_or(key.into(), names, String::new())
     }
 
@@ -238,12 +238,12 @@ impl Reader {
     }
 
     /// The name of a file, relative to the folder `base`.
-    pub fn path(&mut self, key: impl Into<Key>, base: &Path) -> Result<Option<PathBuf>, Fault> {
+    pub(crate) fn path(&mut self, key: impl Into<Key>, base: &Path) -> Result<Option<PathBuf>, Fault> {
         let key = key.into();
         self.ask(key, "string", "", "")?.map(|node| node.path(key.name, base)).transpose()
     }
 
-    pub fn string(&mut self, key: impl Into<Key>) -> Result<Option<String>, Fault> {
+    pub(crate) fn string(&mut self, key: impl Into<Key>) -> Result<Option<String>, Fault> {
         let key = key.into();
         self.ask(key, "string", "", "")?.map(|node| node.string(key.name).map(String::from)).transpose()
     }

@@ -18,25 +18,25 @@ pub(crate) fn read_text(path: &Path) -> Result<String> {
 
 /// What faults' places refer to.
 pub(crate) struct Source<'a> {
-    pub path: &'a Path,
-    pub text: &'a str,
-    pub overrides: &'a [String],
+    pub(crate) path: &'a Path,
+    pub(crate) text: &'a str,
+    pub(crate) overrides: &'a [String],
 }
 
 impl Source<'_> {
     /// What paths in the file are relative to.
-    pub fn folder(&self) -> &Path {
+    pub(crate) fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
     }
 
     /// The place in the file; `None` for what `--set` says.
-    pub fn location(&self, at: At) -> Option<SourceLocation> {
+    pub(crate) fn location(&self, at: At) -> Option<SourceLocation> {
         let At::Text(offset) = at else { return None };
         let (line, column) = line_and_column(self.text.as_bytes(), offset);
         Some(SourceLocation { path: self.path.to_path_buf(), line, column })
     }
 
-    pub fn error(&self, fault: Fault) -> Error {
+    pub(crate) fn error(&self, fault: Fault) -> Error {
         match fault.at {
             At::Text(offset) => {
                 let (line, column) = line_and_column(self.text.as_bytes(), offset);

@@ -16,12 +16,12 @@ pub(crate) enum At {
 /// What is wrong, and where; [`super::Source::error`] makes a [`crate::Error`] of it.
 #[derive(Clone, Debug)]
 pub(crate) struct Fault {
-    pub at: At,
-    pub message: String,
+    pub(crate) at: At,
+    pub(crate) message: String,
 }
 
 impl Fault {
-    pub fn new(at: At, message: impl Into<String>) -> Fault {
+    pub(crate) fn new(at: At, message: impl Into<String>) -> Fault {
         Fault { at, message: message.into() }
     }
 }
@@ -29,8 +29,8 @@ impl Fault {
 /// A value and its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
-    pub at: At,
-    pub value: Value,
+    pub(crate) at: At,
+    pub(crate) value: Value,
 }
 
 #[derive(Clone, Debug)]
@@ -51,13 +51,13 @@ pub(crate) type Entries = BTreeMap<String, Entry>;
 /// A key's place and what it is set to.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
-    pub key: At,
-    pub node: Node,
+    pub(crate) key: At,
+    pub(crate) node: Node,
 }
 
 impl Value {
     /// With its article, for messages.
-    pub fn kind(&self) -> &'static str {
+    pub(crate) fn kind(&self) -> &'static str {
         match self {
             Value::Null => "null",
             Value::Boolean(_) => "a boolean",

@@ -6,7 +6,7 @@ use super::tree::{At, Fault, Value};
 
 impl Reader {
     /// Positive seconds, in double precision.
-    pub fn seconds(&mut self, key: impl Into<Key>, slot: &mut Option<f64>) -> Result<(), Fault> {
+    pub(crate) fn seconds(&mut self, key: impl Into<Key>, slot: &mut Option<f64>) -> Result<(), Fault> {
         let key = key.into();
         let Some(node) = self.ask(key, "number", "none", "greater than 0")? else { return Ok(()) };
         let seconds = match node.value {
@@ -23,7 +23,7 @@ impl Reader {
     }
 
     /// Bytes as an integer, or text with a unit.
-    pub fn memory(&mut self, key: impl Into<Key>, slot: &mut u64) -> Result<(), Fault> {
+    pub(crate) fn memory(&mut self, key: impl Into<Key>, slot: &mut u64) -> Result<(), Fault> {
         let key = key.into();
         let default = format!("\"{} MiB\"", *slot >> 20);
         let Some(node) = self.ask(key, "integer or string", default, "1 B or more")? else { return Ok(()) };

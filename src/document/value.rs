@@ -20,23 +20,23 @@ pub(crate) const COORDINATE: Bounds = Bounds::new(|x| x.abs() <= 1e12, "between 
 
 impl Bounds {
     /// `text` goes on from "must be".
-    pub const fn new(holds: fn(f64) -> bool, text: &'static str) -> Bounds {
+    pub(crate) const fn new(holds: fn(f64) -> bool, text: &'static str) -> Bounds {
         Bounds { holds, text }
     }
 
     /// For the reference; empty where all finite numbers are within them.
-    pub fn range(self) -> &'static str {
+    pub(crate) fn range(self) -> &'static str {
         if self.text == FINITE.text { "" } else { self.text }
     }
 }
 
 impl Node {
     /// That the value is not `expected` ("a number").
-    pub fn mismatch(&self, key: &str, expected: &str) -> Fault {
+    pub(crate) fn mismatch(&self, key: &str, expected: &str) -> Fault {
         Fault::new(self.at, format!("`{key}` must be {expected}, found {}", self.value.kind()))
     }
 
-    pub fn string(&self, key: &str) -> Result<&str, Fault> {
+    pub(crate) fn string(&self, key: &str) -> Result<&str, Fault> {
         match &self.value {
             Value::String(s) => Ok(s),
             _ => Err(self.mismatch(key, "a string")),
@@ -44,14 +44,14 @@ impl Node {
     }
 
     /// A file's name, which is relative to the folder `base`.
-    pub fn path(&self, key: &str, base: &Path) -> Result<PathBuf, Fault> {
+    pub(crate) fn path(&self, key: &str, base: &Path) -> Result<PathBuf, Fault> {
         match self.string(key)? {
             "" => Err(Fault::new(self.at, format!("`{key}` must not be empty"))),
             name => Ok(base.join(name)),
         }
     }
 
-    pub fn number(&self, key: &str, bounds: Bounds) -> Result<f32, Fault> {
+    pub(crate) fn number(&self, key: &str, bounds: Bounds) -> Result<f32, Fault> {
         let written = match self.value {
             Value::Integer(i) => i as f64,
             Value::Float(x) => x,
@@ -67,7 +67,7 @@ impl Node {
         Err(Fault::new(self.at, format!("`{key}` must be {text}, found {found}")))
     }
 
-    pub fn numbers<const N: usize>(&self, key: &str, bounds: Bounds) -> Result<[f32; N], Fault> {
+    pub(crate) fn numbers<const N: usize>(&self, key: &str, bounds: Bounds) -> Result<[f32; N], Fault> {
         let expected = || format!("an array of {N} numbers");
         let Value::Array(items) = &self.value else {
             return Err(self.mismatch(key, &expected()));
@@ -84,7 +84,7 @@ impl Node {
     }
 
     /// A grey number or `[r, g, b]`.
-    pub fn color(&self, key: &str, bounds: Bounds) -> Result<Rgb, Fault> {
+    pub(crate) fn color(&self, key: &str, bounds: Bounds) -> Result<Rgb, Fault> {
         match &self.value {
             Value::Integer(_) | Value::Float(_) => self.number(key, bounds).map(Rgb::splat),
             Value::Array(_) => self.numbers::<3>(key, bounds).map(Rgb::from),
@@ -93,7 +93,7 @@ impl Node {
     }
 
     /// The tables of an array of tables.
-    pub fn tables(self, key: &str) -> Result<Vec<Node>, Fault> {
+    pub(crate) fn tables(self, key: &str) -> Result<Vec<Node>, Fault> {
         match self.value {
             Value::Array(items) => Ok(items),
             _ => Err(self.mismatch(key, &format!("an array of tables ([[{key}]])"))),

@@ -7,32 +7,32 @@ use crate::geometry::{Hit, HitRows, Ray, RayRows};
 use crate::simd::{Mask, Packing};
 
 /// Any number of rays that ask for their closest hit. Cleared and refilled wave by wave; memory is kept.
-pub struct HitBatch<P: HitPacket = Packet16> {
+pub(crate) struct HitBatch<P: HitPacket = Packet16> {
     packets: Vec<P>,
     len: usize,
 }
 
 impl<P: HitPacket> HitBatch<P> {
-    pub fn with_capacity(rays: usize) -> Self {
+    pub(crate) fn with_capacity(rays: usize) -> Self {
         HitBatch { packets: Vec::with_capacity(rays.div_ceil(P::WIDTH)), len: 0 }
     }
 
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.len = 0;
     }
 
     #[inline]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.len
     }
 
     #[inline]
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.len == 0
     }
 
     #[inline]
-    pub fn push(&mut self, ray: &Ray) {
+    pub(crate) fn push(&mut self, ray: &Ray) {
         let (packet, lane) = (self.len / P::WIDTH, self.len % P::WIDTH);
         if packet == self.packets.len() {
             self.packets.push(P::empty());
@@ -43,32 +43,32 @@ impl<P: HitPacket> HitBatch<P> {
 
     /// Replaces ray `i`; its hit is gone.
     #[inline]
-    pub fn set(&mut self, i: usize, ray: &Ray) {
+    pub(crate) fn set(&mut self, i: usize, ray: &Ray) {
         debug_assert!(i < self.len);
         self.packets[i / P::WIDTH].set(i % P::WIDTH, ray);
     }
 
     /// Keeps the first `len` rays.
-    pub fn truncate(&mut self, len: usize) {
+    pub(crate) fn truncate(&mut self, len: usize) {
         self.len = self.len.min(len);
     }
 
     /// Ray `i` as pushed; after [`HitBatch::trace`] its `tfar` is the distance of the hit.
     #[inline]
-    pub fn ray(&self, i: usize) -> Ray {
+    pub(crate) fn ray(&self, i: usize) -> Ray {
         debug_assert!(i < self.len);
         self.packets[i / P::WIDTH].ray(i % P::WIDTH)
     }
 
     /// What ray `i` met in the last [`HitBatch::trace`].
     #[inline]
-    pub fn hit(&self, i: usize) -> Option<Hit> {
+    pub(crate) fn hit(&self, i: usize) -> Option<Hit> {
         debug_assert!(i < self.len);
         self.packets[i / P::WIDTH].hit(i % P::WIDTH)
     }
 
     /// Finds all closest hits.
-    pub fn trace(&mut self, scene: &Scene, coherence: Coherence) {
+    pub(crate) fn trace(&mut self, scene: &Scene, coherence: Coherence) {
         let coherence = scene.allowed(coherence);
         self.disable_unused();
         for (k, packet) in self.packets[..self.len.div_ceil(P::WIDTH)].iter_mut().enumerate() {
@@ -87,46 +87,46 @@ impl<P: HitPacket> HitBatch<P> {
 impl HitBatch {
     /// Adds the rays of a packet that `packing`, made for this length, has chosen.
     #[inline(always)]
-    pub fn pack(&mut self, packing: &Packing, rays: &RayRows) {
+    pub(crate) fn pack(&mut self, packing: &Packing, rays: &RayRows) {
         Packet16::pack(packing.packets(&mut self.packets, Packet16::empty), packing, rays);
         self.len += packing.count();
     }
 
     /// What the packet met that begins with ray `first`, a multiple of 16.
     #[inline(always)]
-    pub fn rows(&self, first: usize) -> HitRows<'_> {
+    pub(crate) fn rows(&self, first: usize) -> HitRows<'_> {
         debug_assert!(first < self.len && first.is_multiple_of(Packet16::WIDTH));
         self.packets[first / Packet16::WIDTH].rows()
     }
 }
 
 /// Any number of shadow rays.
-pub struct ShadowBatch<P: ShadowPacket = Shadow16> {
+pub(crate) struct ShadowBatch<P: ShadowPacket = Shadow16> {
     packets: Vec<P>,
     len: usize,
 }
 
 impl<P: ShadowPacket> ShadowBatch<P> {
-    pub fn with_capacity(rays: usize) -> Self {
+    pub(crate) fn with_capacity(rays: usize) -> Self {
         ShadowBatch { packets: Vec::with_capacity(rays.div_ceil(P::WIDTH)), len: 0 }
     }
 
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.len = 0;
     }
 
     #[inline]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.len
     }
 
     #[inline]
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.len == 0
     }
 
     #[inline]
-    pub fn push(&mut self, ray: &Ray) {
+    pub(crate) fn push(&mut self, ray: &Ray) {
         let (packet, lane) = (self.len / P::WIDTH, self.len % P::WIDTH);
         if packet == self.packets.len() {
             self.packets.push(P::empty());
@@ -137,20 +137,20 @@ impl<P: ShadowPacket> ShadowBatch<P> {
 
     /// Ray `i` as pushed; [`ShadowBatch::trace`] changes its `tfar` where something lies on it.
     #[inline]
-    pub fn ray(&self, i: usize) -> Ray {
+    pub(crate) fn ray(&self, i: usize) -> Ray {
         debug_assert!(i < self.len);
         self.packets[i / P::WIDTH].ray(i % P::WIDTH)
     }
 
     /// Whether something lay on ray `i` in the last [`ShadowBatch::trace`].
     #[inline]
-    pub fn occluded(&self, i: usize) -> bool {
+    pub(crate) fn occluded(&self, i: usize) -> bool {
         debug_assert!(i < self.len);
         self.packets[i / P::WIDTH].occluded(i % P::WIDTH)
     }
 
     /// Answers all rays.
-    pub fn trace(&mut self, scene: &Scene, coherence: Coherence) {
+    pub(crate) fn trace(&mut self, scene: &Scene, coherence: Coherence) {
         let coherence = scene.allowed(coherence);
         self.disable_unused();
         for (k, packet) in self.packets[..self.len.div_ceil(P::WIDTH)].iter_mut().enumerate() {
@@ -169,14 +169,14 @@ impl<P: ShadowPacket> ShadowBatch<P> {
 impl ShadowBatch {
     /// Adds the rays of a packet that `packing`, made for this length, has chosen.
     #[inline(always)]
-    pub fn pack(&mut self, packing: &Packing, rays: &RayRows) {
+    pub(crate) fn pack(&mut self, packing: &Packing, rays: &RayRows) {
         Shadow16::pack(packing.packets(&mut self.packets, Shadow16::empty), packing, rays);
         self.len += packing.count();
     }
 
     /// The rays from `first`, a multiple of 16, on that nothing lay on in the last [`ShadowBatch::trace`].
     #[inline(always)]
-    pub fn open(&self, first: usize) -> Mask {
+    pub(crate) fn open(&self, first: usize) -> Mask {
         debug_assert!(first < self.len && first.is_multiple_of(Shadow16::WIDTH));
         self.packets[first / Shadow16::WIDTH].open(Shadow16::WIDTH.min(self.len - first))
     }

@@ -16,7 +16,7 @@ pub(super) struct Query {
 
 #[cfg(embree3)]
 impl Query {
-    pub fn new(coherence: Coherence) -> Query {
+    pub(crate) fn new(coherence: Coherence) -> Query {
         let flags = match coherence {
             Coherence::Coherent => sys::RTC_INTERSECT_CONTEXT_FLAG_COHERENT,
             Coherence::Incoherent => sys::RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT,
@@ -29,7 +29,7 @@ impl Query {
 
 #[cfg(embree4)]
 impl Query {
-    pub fn new(coherence: Coherence) -> Query {
+    pub(crate) fn new(coherence: Coherence) -> Query {
         let flags = match coherence {
             Coherence::Coherent => sys::RTC_RAY_QUERY_FLAG_COHERENT,
             Coherence::Incoherent => sys::RTC_RAY_QUERY_FLAG_INCOHERENT,

@@ -67,7 +67,7 @@ impl Device {
     }
 
     /// Version of the library that runs, as major·10000 + minor·100 + patch.
-    pub fn version(&self) -> u32 {
+    pub(crate) fn version(&self) -> u32 {
         // SAFETY: the handle is live.
         unsafe { sys::rtcGetDeviceProperty(self.handle, sys::RTC_DEVICE_PROPERTY_VERSION) as u32 }
     }
@@ -76,7 +76,7 @@ impl Device {
     ///
     /// Embree tells only the widest packets that it has kernels for; what lies between follows from the processor and
     /// from what this device was allowed.
-    pub fn isa(&self) -> Option<Isa> {
+    pub(crate) fn isa(&self) -> Option<Isa> {
         let width = match (self.native_ray16(), self.native_ray8()) {
             (true, _) => Isa::Avx512,
             (false, true) => Isa::Avx2,
@@ -86,7 +86,7 @@ impl Device {
     }
 
     /// Whether there are kernels for packets of 16: else Embree takes their rays apart.
-    pub fn native_ray16(&self) -> bool {
+    pub(crate) fn native_ray16(&self) -> bool {
         // SAFETY: the handle is live.
         unsafe { sys::rtcGetDeviceProperty(self.handle, sys::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0 }
     }
@@ -97,7 +97,7 @@ impl Device {
     }
 
     /// Bytes that Embree holds for this device now.
-    pub fn memory(&self) -> u64 {
+    pub(crate) fn memory(&self) -> u64 {
         self.memory.held.load(Ordering::Relaxed).max(0) as u64
     }
 

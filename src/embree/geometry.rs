@@ -9,23 +9,23 @@ use std::sync::Arc;
 /// No coordinate is larger, be it of a triangle or of a ray's origin. Embree multiplies two edges and a distance: where
 /// these are 2·10¹² each, the sum of the six products is 5·10³⁷, and twice that (its robust test) is within an `f32`.
 /// Squares of coordinates and sums of these are as well. (Embree itself only drops what is beyond 1.8·10¹⁸.)
-pub const LARGEST_COORDINATE: f32 = 1e12;
+pub(crate) const LARGEST_COORDINATE: f32 = 1e12;
 
 /// What is traced is no smaller, in its largest extent. The same products of edges a hundred times shorter are then 10⁻³⁴
 /// or more, where an `f32` still has all of its digits (down to 10⁻³⁸).
-pub const SMALLEST_EXTENT: f32 = 1e-10;
+pub(crate) const SMALLEST_EXTENT: f32 = 1e-10;
 
 /// Decides, hit by hit, whether a ray goes on: `true` where triangle `primitive` is seen through at the barycentric
 /// weights `(u, v)`. Called from inside traversal, on any thread; it must depend on nothing but its arguments,
 /// or images would depend on the order of traversal.
-pub trait OpacityTest: Send + Sync {
+pub(crate) trait OpacityTest: Send + Sync {
     fn passes(&self, primitive: u32, u: f32, v: f32) -> bool;
 }
 
 /// A scene that stands in another one, with a transform of its own.
-pub struct Instance {
-    pub scene: Arc<Scene>,
-    pub to_world: Affine3A,
+pub(crate) struct Instance {
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) to_world: Affine3A,
 }
 
 /// A boxed test behind one thin pointer, as Embree's user data wants it.

@@ -42,7 +42,7 @@ impl Isa {
     }
 
     /// Holds all devices of this process that are made from now on. Only the first call counts.
-    pub fn choose(self) {
+    pub(crate) fn choose(self) {
         CHOSEN.get_or_init(|| self);
     }
 
@@ -50,7 +50,7 @@ impl Isa {
     ///
     /// # Errors
     /// A variable that names no instruction set, or one that this processor lacks.
-    pub fn chosen() -> Result<Option<Isa>> {
+    pub(crate) fn chosen() -> Result<Option<Isa>> {
         if let Some(isa) = CHOSEN.get() {
             return Ok(Some(*isa));
         }

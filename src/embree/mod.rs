@@ -27,10 +27,10 @@ mod sys {
     include!(concat!(env!("OUT_DIR"), "/embree.rs"));
 }
 
-pub use batch::{HitBatch, ShadowBatch};
-pub use coherence::Coherence;
+pub(crate) use batch::{HitBatch, ShadowBatch};
+pub(crate) use coherence::Coherence;
 pub use device::Device;
-pub use geometry::{Instance, LARGEST_COORDINATE, OpacityTest, SMALLEST_EXTENT};
+pub(crate) use geometry::{Instance, LARGEST_COORDINATE, OpacityTest, SMALLEST_EXTENT};
 pub use isa::{ISA_VARIABLE, Isa};
-pub use packet::{HitPacket, Packet8, Packet16, Shadow8, Shadow16, ShadowPacket};
-pub use scene::{Scene, SceneBuilder, Triangles};
+pub(crate) use packet::{HitPacket, Packet8, Packet16, Shadow8, Shadow16, ShadowPacket};
+pub(crate) use scene::{Scene, SceneBuilder, Triangles};

@@ -16,7 +16,7 @@ pub(super) struct Valid([i32; 16]);
 
 impl Valid {
     /// The first `n` lanes are active.
-    pub fn first(n: usize) -> Valid {
+    pub(crate) fn first(n: usize) -> Valid {
         let mut active = [0; 16];
         for lane in 0..16 {
             active[lane] = if lane < n { -1 } else { 0 };
@@ -26,11 +26,11 @@ impl Valid {
 }
 
 mod private {
-    pub trait Sealed {}
+    pub(crate) trait Sealed {}
 }
 
 /// A packet of rays for closest hits.
-pub trait HitPacket: Copy + private::Sealed {
+pub(crate) trait HitPacket: Copy + private::Sealed {
     const WIDTH: usize;
     #[doc(hidden)]
     fn empty() -> Self;
@@ -48,7 +48,7 @@ pub trait HitPacket: Copy + private::Sealed {
 }
 
 /// A packet of rays that only ask whether something is in the way.
-pub trait ShadowPacket: Copy + private::Sealed {
+pub(crate) trait ShadowPacket: Copy + private::Sealed {
     const WIDTH: usize;
     #[doc(hidden)]
     fn empty() -> Self;
@@ -70,12 +70,12 @@ macro_rules! packets {
         #[doc = concat!($width, " rays for closest hits.")]
         #[derive(Clone, Copy)]
         #[repr(transparent)]
-        pub struct $hit_name(sys::$rayhit);
+        pub(crate) struct $hit_name(sys::$rayhit);
 
         #[doc = concat!($width, " shadow rays.")]
         #[derive(Clone, Copy)]
         #[repr(transparent)]
-        pub struct $shadow_name(sys::$ray);
+        pub(crate) struct $shadow_name(sys::$ray);
 
         impl private::Sealed for $hit_name {}
         impl private::Sealed for $shadow_name {}

@@ -10,20 +10,20 @@ use std::sync::Arc;
 
 /// The buffers of a mesh, which Embree reads in place.
 #[derive(Clone, Copy)]
-pub struct Triangles<'a> {
+pub(crate) struct Triangles<'a> {
     /// With spare capacity for one more vertex: Embree reads vertices with 16-byte loads, four bytes past the last one.
-    pub positions: &'a Vec<[f32; 3]>,
+    pub(crate) positions: &'a Vec<[f32; 3]>,
     /// Indices into `positions`.
-    pub triangles: &'a [[u32; 3]],
+    pub(crate) triangles: &'a [[u32; 3]],
 }
 
 /// Collects geometry for a [`Scene`]. The geometries of a scene are numbered in the order in which they are added.
-pub struct SceneBuilder {
+pub(crate) struct SceneBuilder {
     scene: Scene,
 }
 
 /// A committed scene. Queries may come from any number of threads.
-pub struct Scene {
+pub(crate) struct Scene {
     handle: sys::RTCScene,
     device: Arc<Device>,
     /// Embree reads these buffers during queries: they are kept until the scene is released.
@@ -41,7 +41,7 @@ unsafe impl Sync for Scene {}
 
 impl SceneBuilder {
     /// An empty scene. `robust` closes the last gaps at shared edges, for about a quarter of the speed.
-    pub fn new(device: &Arc<Device>, robust: bool) -> Result<SceneBuilder> {
+    pub(crate) fn new(device: &Arc<Device>, robust: bool) -> Result<SceneBuilder> {
         // SAFETY: the device is live; a null scene is caught by `check`.
         let handle = unsafe { sys::rtcNewScene(device.handle()) };
         device.check("making a scene")?;
@@ -58,7 +58,7 @@ impl SceneBuilder {
     ///
     /// # Errors
     /// Where an index is out of range, or where `positions` has no spare capacity.
-    pub fn add_mesh<T: Send + Sync + 'static>(
+    pub(crate) fn add_mesh<T: Send + Sync + 'static>(
         &mut self,
         owner: Arc<T>,
         buffers: impl FnOnce(&T) -> Triangles<'_>,
@@ -96,7 +96,7 @@ impl SceneBuilder {
     }
 
     /// Adds an instance; returns its id, which hits carry as `instance`.
-    pub fn add_instance(&mut self, instance: Instance) -> Result<u32> {
+    pub(crate) fn add_instance(&mut self, instance: Instance) -> Result<u32> {
         let device = self.scene.device.clone();
         let m = instance.to_world.to_cols_array();
         // SAFETY: device and instanced scene are live, the latter kept by this scene; the matrix is read during
@@ -126,7 +126,7 @@ impl SceneBuilder {
     }
 
     /// Builds the acceleration structure, with Embree's own threads.
-    pub fn commit(self) -> Result<Scene> {
+    pub(crate) fn commit(self) -> Result<Scene> {
         // SAFETY: the scene is live, and no query runs: it has not been given out yet.
         unsafe { sys::rtcCommitScene(self.scene.handle) };
         self.scene.device.check("building the acceleration structure")?;
@@ -136,7 +136,7 @@ impl SceneBuilder {
 
 impl Scene {
     /// Corners of the bounding box; `None` for an empty scene.
-    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+    pub(crate) fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let mut b = sys::RTCBounds::default();
         // SAFETY: the scene is committed; the struct is bindgen's own and so aligned.
         unsafe { sys::rtcGetSceneBounds(self.handle, &mut b) };
@@ -145,7 +145,7 @@ impl Scene {
     }
 
     /// The device that the scene was made with.
-    pub fn device(&self) -> &Arc<Device> {
+    pub(crate) fn device(&self) -> &Arc<Device> {
         &self.device
     }
 

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 impl Scene {
     /// Closest hit of a single ray.
-    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+    pub(crate) fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let mut packet = sys::RTCRayHit { ray: single(ray), ..Default::default() };
         packet.hit.geomID = NOTHING;
         packet.hit.instID[0] = u32::MAX;
@@ -29,7 +29,7 @@ impl Scene {
     }
 
     /// Whether anything lies on a single ray.
-    pub fn occluded(&self, ray: &Ray) -> bool {
+    pub(crate) fn occluded(&self, ray: &Ray) -> bool {
         let mut packet = single(ray);
         let mut query = Query::new(Coherence::Incoherent);
         // SAFETY: as in `intersect`.

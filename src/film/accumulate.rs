@@ -8,7 +8,7 @@ use crate::math::Rgb;
 use rayon::prelude::*;
 
 /// Samples for which albedo, normal and depth are averaged; they have little noise.
-pub const FEATURE_SAMPLES: u32 = 32;
+pub(crate) const FEATURE_SAMPLES: u32 = 32;
 
 /// Iterations are weighed in groups of at least this many samples per pixel: the variance of fewer says little.
 const MIN_GROUP: u32 = 4;
@@ -19,7 +19,7 @@ pub const BYTES_PER_PIXEL: u64 = 256;
 
 /// Accumulates what tiles bring back. Memory is constant in the number of samples.
 #[derive(Clone, Debug)]
-pub struct Film {
+pub(crate) struct Film {
     width: u32,
     height: u32,
     combine: Combine,
@@ -82,7 +82,7 @@ impl Estimate {
 }
 
 impl Film {
-    pub fn new(width: u32, height: u32, combine: Combine) -> Film {
+    pub(crate) fn new(width: u32, height: u32, combine: Combine) -> Film {
         let pixels = width as usize * height as usize;
         Film {
             width,
@@ -99,7 +99,7 @@ impl Film {
     }
 
     /// Adds what was sampled in a tile. Call `add_samples` once all pixels have theirs, or `add_samples_in` for the tile.
-    pub fn add(&mut self, tile: &Tile, samples: &TileSamples) {
+    pub(crate) fn add(&mut self, tile: &Tile, samples: &TileSamples) {
         for y in 0..tile.height {
             let from = (y * tile.width) as usize..((y + 1) * tile.width) as usize;
             let to = ((tile.y + y) * self.width + tile.x) as usize;
@@ -114,13 +114,13 @@ impl Film {
     }
 
     /// Says that every pixel has received `samples` more, with their features or without.
-    pub fn add_samples(&mut self, samples: u32, features: bool) {
+    pub(crate) fn add_samples(&mut self, samples: u32, features: bool) {
         self.group.samples += samples;
         self.feature_samples += if features { samples } else { 0 };
     }
 
     /// Says the same of the pixels of a tile alone.
-    pub fn add_samples_in(&mut self, tile: &Tile, samples: u32, features: bool) {
+    pub(crate) fn add_samples_in(&mut self, tile: &Tile, samples: u32, features: bool) {
         let pixels = self.pixels();
         for y in tile.y..tile.y + tile.height {
             let first = (y * self.width + tile.x) as usize;
@@ -133,7 +133,7 @@ impl Film {
     }
 
     /// Ends an iteration: its samples are weighed into the picture once there are enough of them.
-    pub fn end_iteration(&mut self) {
+    pub(crate) fn end_iteration(&mut self) {
         self.group.samples += self.group.surplus.level();
         self.feature_samples += self.feature_surplus.level();
         if self.group.samples >= MIN_GROUP {
@@ -145,20 +145,20 @@ impl Film {
     }
 
     /// As [`Self::sample_variances`], of the newest iteration alone.
-    pub fn newest_variances(&self) -> Option<Vec<f64>> {
+    pub(crate) fn newest_variances(&self) -> Option<Vec<f64>> {
         let Some(before) = &self.before else { return self.sample_variances() };
         self.group.since(before).sample_variances()
     }
 
     /// Variance of the luminance of one sample of the current group, pixel by pixel; `None` where there are fewer than
     /// two.
-    pub fn sample_variances(&self) -> Option<Vec<f64>> {
+    pub(crate) fn sample_variances(&self) -> Option<Vec<f64>> {
         self.group.sample_variances()
     }
 
     /// Adds to the group before it a rest that is too small to be weighed by its own variance. Such a rest is left where
     /// rendering ends before it was planned to; without this the picture would not hold it.
-    pub fn join_rest(&mut self) {
+    pub(crate) fn join_rest(&mut self) {
         if self.group.samples >= MIN_GROUP || self.group.is_empty() {
             return;
         }
@@ -170,7 +170,7 @@ impl Film {
     }
 
     /// The picture so far.
-    pub fn resolve(&self) -> Estimate {
+    pub(crate) fn resolve(&self) -> Estimate {
         let mut picture = self.picture.clone();
         // a rest too small to be weighed by its own variance joins only where there is nothing else
         let alone = picture.samples == 0 && picture.surplus.is_empty() && self.pending.is_none();

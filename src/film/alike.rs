@@ -24,7 +24,7 @@ struct Pixels<'a> {
 /// over the whole square would. A rare bright sample makes a pixel as uncertain as it is bright, and so is averaged with the
 /// pixels about it: the mean stays that of all samples, and not of those alone that missed the light. The more samples, the
 /// finer the edges that show; the limit is the pixel itself.
-pub fn mean_of_alike(values: &[f64], variances: &[f64], mean: f64, width: usize) -> Vec<f64> {
+pub(crate) fn mean_of_alike(values: &[f64], variances: &[f64], mean: f64, width: usize) -> Vec<f64> {
     // relative, so that squares hold in single precision at any exposure
     let scaled = |of: &[f64], by: f64| -> Vec<f32> { of.par_iter().map(|v| (v * by) as f32).collect() };
     let inverse = mean.recip();

@@ -7,7 +7,7 @@ use std::ops::Range;
 pub(super) const REACH: usize = 3;
 
 /// Means over a square of pixels, of those that count; 0 where none does.
-pub fn blur(values: &[f64], counts: impl Fn(usize) -> bool + Sync, width: usize) -> Vec<f64> {
+pub(crate) fn blur(values: &[f64], counts: impl Fn(usize) -> bool + Sync, width: usize) -> Vec<f64> {
     let of_those = |value: &(dyn Fn(usize) -> f64 + Sync)| -> Vec<f64> {
         (0..values.len()).into_par_iter().map(|i| if counts(i) { value(i) } else { 0.0 }).collect()
     };
@@ -47,7 +47,7 @@ fn neighbours(at: usize, size: usize) -> Range<usize> {
 }
 
 /// Mean of all but a share of the largest.
-pub fn mean_without_largest(mut values: Vec<f64>, share: f64) -> f64 {
+pub(crate) fn mean_without_largest(mut values: Vec<f64>, share: f64) -> f64 {
     let kept = values.len() - (share * values.len() as f64) as usize;
     if kept < values.len() {
         values.select_nth_unstable_by(kept, f64::total_cmp);

@@ -24,15 +24,15 @@ const MOST_VARIANCE: f32 = f32::MAX / 4.0;
 #[derive(Clone, Debug)]
 pub(super) struct IterationGroup {
     /// In double precision: the mean of equal samples is that sample, to the last bit.
-    pub sum: Vec<DVec3>,
-    pub sum_squares: Vec<Rgb>,
+    pub(crate) sum: Vec<DVec3>,
+    pub(crate) sum_squares: Vec<Rgb>,
     /// Per pixel, those that all have, and what some have beyond.
-    pub samples: u32,
-    pub surplus: Surplus,
+    pub(crate) samples: u32,
+    pub(crate) surplus: Surplus,
 }
 
 impl IterationGroup {
-    pub fn new(pixels: usize) -> IterationGroup {
+    pub(crate) fn new(pixels: usize) -> IterationGroup {
         IterationGroup {
             sum: vec![DVec3::ZERO; pixels],
             sum_squares: vec![Rgb::ZERO; pixels],
@@ -43,21 +43,21 @@ impl IterationGroup {
 
     /// Samples of a pixel.
     #[inline]
-    pub fn count(&self, i: usize) -> u32 {
+    pub(crate) fn count(&self, i: usize) -> u32 {
         self.samples + self.surplus.of(i)
     }
 
     /// The same on average.
-    pub fn mean_count(&self) -> f64 {
+    pub(crate) fn mean_count(&self) -> f64 {
         self.samples as f64 + self.surplus.mean()
     }
 
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.samples == 0 && self.surplus.is_empty()
     }
 
     /// Both together.
-    pub fn joined(mut self, other: &IterationGroup) -> IterationGroup {
+    pub(crate) fn joined(mut self, other: &IterationGroup) -> IterationGroup {
         self.sum.par_iter_mut().zip(&other.sum).for_each(|(sum, more)| *sum += more);
         self.sum_squares.par_iter_mut().zip(&other.sum_squares).for_each(|(sum, more)| *sum += more);
         self.samples += other.samples;
@@ -66,7 +66,7 @@ impl IterationGroup {
     }
 
     /// Mean and variance of the mean of a pixel; zero without samples. Both are finite where the samples are.
-    pub fn moments(&self, i: usize) -> (Rgb, Rgb) {
+    pub(crate) fn moments(&self, i: usize) -> (Rgb, Rgb) {
         let n = self.count(i).max(1) as f32;
         let mean = (self.sum[i] / n as f64).as_vec3();
         if self.count(i) < 2 {
@@ -78,7 +78,7 @@ impl IterationGroup {
     }
 
     /// The samples that came after those of `before`, of which all pixels had equally many.
-    pub fn since(&self, before: &IterationGroup) -> IterationGroup {
+    pub(crate) fn since(&self, before: &IterationGroup) -> IterationGroup {
         IterationGroup {
             sum: self.sum.iter().zip(&before.sum).map(|(all, before)| all - before).collect(),
             sum_squares: self.sum_squares.iter().zip(&before.sum_squares).map(|(all, before)| all - before).collect(),
@@ -90,7 +90,7 @@ impl IterationGroup {
     /// The shares of what is before the group and of the group in a pixel, by those of a pixel that has `mean` of its
     /// samples, as many as all have on average. So each sample counts as much, wherever it is.
     #[inline]
-    pub fn shares(&self, i: usize, mean: f64, (old, new): (f32, f32)) -> (f32, f32) {
+    pub(crate) fn shares(&self, i: usize, mean: f64, (old, new): (f32, f32)) -> (f32, f32) {
         match self.count(i) {
             _ if self.surplus.is_empty() => (old, new),
             0 => (1.0, 0.0),
@@ -102,7 +102,7 @@ impl IterationGroup {
     }
 
     /// Variance of the luminance of one sample, pixel by pixel; `None` where there are fewer than two.
-    pub fn sample_variances(&self) -> Option<Vec<f64>> {
+    pub(crate) fn sample_variances(&self) -> Option<Vec<f64>> {
         let variance = |i: usize| luminance(self.moments(i).1) as f64 * self.count(i) as f64;
         (self.samples >= 2).then(|| (0..self.sum.len()).into_par_iter().map(variance).collect())
     }
@@ -116,7 +116,7 @@ impl IterationGroup {
     ///
     /// `None` where the pixels of the other colour are all black in the group or in `picture`. Such samples have found no
     /// light and tell nothing of how much it varies; their variance of zero is no sign of a good picture.
-    pub fn weights(&self, width: usize, picture: &IterationGroup) -> [Option<f64>; 2] {
+    pub(crate) fn weights(&self, width: usize, picture: &IterationGroup) -> [Option<f64>; 2] {
         let weight = |colour: usize| {
             let of_colour = |i: &usize| parity(*i, width) == colour;
             if !(0..self.sum.len()).filter(of_colour).any(|i| self.sum[i] != DVec3::ZERO) {

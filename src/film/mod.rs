@@ -1,12 +1,12 @@
 //! The film: what is sampled, pixel by pixel, and how it becomes one picture.
 
 pub mod accumulate;
-pub mod alike;
-pub mod blur;
+pub(crate) mod alike;
+pub(crate) mod blur;
 mod group;
 mod settings;
 mod surplus;
-pub mod tile;
+pub(crate) mod tile;
 
 pub(crate) use settings::SIDE;
 pub use settings::{Combine, FilmSettings, Filter, MAX_SIDE};

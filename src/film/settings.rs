@@ -12,13 +12,13 @@ const STOPS: Bounds = Bounds::new(|x| x.abs() <= MOST_STOPS as f64, "between -64
 /// The size of the picture, and how samples become pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSettings {
-    pub width: u32,
-    pub height: u32,
-    pub filter: Filter,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) filter: Filter,
     /// Of the PNG only: how much the picture is brightened.
-    pub exposure: Exposure,
+    pub(crate) exposure: Exposure,
     /// Of the PNG only: how light becomes a colour of the screen.
-    pub tone: Tone,
+    pub(crate) tone: Tone,
 }
 
 impl Default for FilmSettings {

@@ -11,29 +11,29 @@ pub(super) struct Surplus(Vec<u32>);
 impl Surplus {
     /// Of one pixel.
     #[inline]
-    pub fn of(&self, pixel: usize) -> u32 {
+    pub(crate) fn of(&self, pixel: usize) -> u32 {
         self.0.get(pixel).copied().unwrap_or(0)
     }
 
     /// Whether no pixel has any.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
     /// Adds `samples` to some of `pixels` pixels.
-    pub fn add(&mut self, some: Range<usize>, samples: u32, pixels: usize) {
+    pub(crate) fn add(&mut self, some: Range<usize>, samples: u32, pixels: usize) {
         self.0.resize(pixels, 0);
         self.0[some].iter_mut().for_each(|n| *n += samples);
     }
 
     /// Adds what pixels have there.
-    pub fn add_all(&mut self, other: &Surplus) {
+    pub(crate) fn add_all(&mut self, other: &Surplus) {
         self.0.resize(self.0.len().max(other.0.len()), 0);
         self.0.iter_mut().zip(&other.0).for_each(|(n, more)| *n += more);
     }
 
     /// Takes out what all pixels have, and returns that.
-    pub fn level(&mut self) -> u32 {
+    pub(crate) fn level(&mut self) -> u32 {
         let least = self.0.iter().copied().min().unwrap_or(0);
         self.0.iter_mut().for_each(|n| *n -= least);
         if self.0.iter().all(|&n| n == 0) {
@@ -43,7 +43,7 @@ impl Surplus {
     }
 
     /// On average over the pixels.
-    pub fn mean(&self) -> f64 {
+    pub(crate) fn mean(&self) -> f64 {
         self.0.par_iter().map(|&n| u64::from(n)).sum::<u64>() as f64 / self.0.len().max(1) as f64
     }
 }

@@ -4,35 +4,35 @@ use crate::math::Rgb;
 
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tile {
-    pub x: u32,
-    pub y: u32,
-    pub width: u32,
-    pub height: u32,
+pub(crate) struct Tile {
+    pub(crate) x: u32,
+    pub(crate) y: u32,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
 }
 
 impl Tile {
-    pub fn pixels(&self) -> usize {
+    pub(crate) fn pixels(&self) -> usize {
         (self.width * self.height) as usize
     }
 }
 
 /// Sums over the samples of a tile's pixels, row by row.
 #[derive(Clone, Debug, Default)]
-pub struct TileSamples {
+pub(crate) struct TileSamples {
     /// Σ L and Σ L².
-    pub sum: Vec<Rgb>,
-    pub sum_squares: Vec<Rgb>,
+    pub(crate) sum: Vec<Rgb>,
+    pub(crate) sum_squares: Vec<Rgb>,
     /// Empty where not asked for.
-    pub features: Vec<Aovs>,
+    pub(crate) features: Vec<Aovs>,
 }
 
 /// What the first hit of a camera ray looks like; zero where it leaves the scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Aovs {
-    pub albedo: Rgb,
+    pub(crate) albedo: Rgb,
     /// Shading normal in world space, facing the camera.
-    pub normal: Rgb,
+    pub(crate) normal: Rgb,
     /// Distance along the ray.
     pub depth: f32,
 }

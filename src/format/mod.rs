@@ -55,7 +55,11 @@ impl SceneFile {
     ///
     /// # Errors
     /// As [`Self::load_scene`].
-    pub fn load_scene_watched(&self, device: Arc<Device>, watch: &dyn Fn(LoadStage)) -> Result<(Scene, Vec<String>)> {
+    pub(crate) fn load_scene_watched(
+        &self,
+        device: Arc<Device>,
+        watch: &dyn Fn(LoadStage),
+    ) -> Result<(Scene, Vec<String>)> {
         self.check_memory()?;
         let loaded = Scene::load_watched(device, &self.scene, self.render.robust, watch)?;
         // what the scene took is no longer there
@@ -94,7 +98,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<(SceneFile, Vec<String>
 ///
 /// # Errors
 /// As [`load`]; `overrides` are counted after those in `common`.
-pub fn load_layers(path: &Path, common: &[String], overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
+pub(crate) fn load_layers(path: &Path, common: &[String], overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let Some((_, read)) = READERS.iter().find(|(end, _)| *end == extension) else {
         return Err(Error::file(path, "not a scene: its name must end in .toml, .json or .obj"));
@@ -114,7 +118,7 @@ pub fn load_layers(path: &Path, common: &[String], overrides: &[String]) -> Resu
 ///
 /// # Errors
 /// As [`load`].
-pub fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
+pub(crate) fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
     let (mut file, warnings) = toml::parse(text, path)?;
     apply_overrides(&mut file, path, overrides, false)?;
     check_order(&file, path)?;

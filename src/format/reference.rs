@@ -13,8 +13,8 @@ use std::path::Path;
 /// The keys under one heading of the reference page.
 pub(crate) struct Section {
     /// "[film]", "[[mesh]]", or the name of a material's or a light's type.
-    pub heading: String,
-    pub keys: Vec<KeyInfo>,
+    pub(crate) heading: String,
+    pub(crate) keys: Vec<KeyInfo>,
 }
 
 /// All keys, in the order of the page.
@@ -60,7 +60,7 @@ fn section(heading: &str, read: impl FnOnce(&mut Reader) -> Result<(), Fault>) -
 
 impl KeyInfo {
     /// The key's row in the reference page.
-    pub fn row(&self) -> String {
+    pub(crate) fn row(&self) -> String {
         let default = match self.default.as_str() {
             "" | "none" | "required" => self.default.clone(),
             value => format!("`{value}`"),
@@ -73,7 +73,7 @@ impl KeyInfo {
     }
 
     /// What the key means, and with what.
-    pub fn meaning(&self) -> String {
+    pub(crate) fn meaning(&self) -> String {
         match self.key.with {
             "" => self.key.meaning.to_string(),
             with => format!("{} (with {with})", self.key.meaning),

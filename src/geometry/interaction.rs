@@ -12,13 +12,13 @@ use glam::Vec3;
 pub struct SurfaceInteraction {
     pub p: Vec3,
     /// Unit normal of the triangle, on the same side as the shading normal.
-    pub ng: Vec3,
+    pub(crate) ng: Vec3,
     /// Shading frame; its `n` is the interpolated normal where the mesh has one.
     pub frame: Frame,
     /// Whether the ray came from the side from which the triangle's corners run counter-clockwise.
-    pub front: bool,
+    pub(crate) front: bool,
     pub uv: [f32; 2],
-    pub material: u32,
+    pub(crate) material: u32,
     /// How far rays start from the surface: as far as rounding may put `p` and the surface apart ([`rounding`]).
     ///
     /// [`rounding`]: super::rounding
@@ -34,26 +34,26 @@ impl SurfaceInteraction {
 
     /// The point of `hit` on an instance of `mesh`. It is what the same hit on a copy of the mesh in the world would
     /// give: corners and normals are moved first and interpolated then.
-    pub fn placed(mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
+    pub(crate) fn placed(mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
         Facet::placed(mesh, placement, hit, wo).point().on(mesh, hit)
     }
 
     /// Where a ray towards the unit direction `w` starts.
     #[inline]
-    pub fn spawn(&self, w: Vec3) -> Vec3 {
+    pub(crate) fn spawn(&self, w: Vec3) -> Vec3 {
         self.p + self.ng * self.offset.copysign(w.dot(self.ng))
     }
 
     /// The shading normal on the side of `w`.
     #[inline]
-    pub fn facing(&self, w: Vec3) -> Vec3 {
+    pub(crate) fn facing(&self, w: Vec3) -> Vec3 {
         if w.dot(self.frame.n) < 0.0 { -self.frame.n } else { self.frame.n }
     }
 
     /// Whether the shading normal and the triangle agree on which side `w` is. Where they do not, light would
     /// leak through the surface.
     #[inline]
-    pub fn consistent(&self, w: Vec3) -> bool {
+    pub(crate) fn consistent(&self, w: Vec3) -> bool {
         w.dot(self.ng) * w.dot(self.frame.n) > 0.0
     }
 }
@@ -62,27 +62,27 @@ impl SurfaceInteraction {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facet {
     /// In the mesh's order.
-    pub corners: [Vec3; 3],
+    pub(crate) corners: [Vec3; 3],
     /// Of the corners; zero where there are none.
-    pub normals: [Vec3; 3],
+    pub(crate) normals: [Vec3; 3],
     /// By the winding in the mesh, as long as the cross product of two edges.
-    pub winding: Vec3,
+    pub(crate) winding: Vec3,
     /// Barycentric weights of the second and third corner.
-    pub weights: [f32; 2],
+    pub(crate) weights: [f32; 2],
     /// How much further than by the rounding of its points they and the triangle may be apart.
-    pub slack: f32,
+    pub(crate) slack: f32,
     /// Unit, to where the ray came from.
-    pub wo: Vec3,
+    pub(crate) wo: Vec3,
 }
 
 /// Where the ray met it.
 pub(super) struct Point {
-    pub p: Vec3,
-    pub ng: Vec3,
-    pub frame: Frame,
+    pub(crate) p: Vec3,
+    pub(crate) ng: Vec3,
+    pub(crate) frame: Frame,
     /// Cosine between `wo` and the side from which the corners run counter-clockwise.
-    pub facing: f32,
-    pub offset: f32,
+    pub(crate) facing: f32,
+    pub(crate) offset: f32,
 }
 
 impl Facet {
@@ -92,7 +92,7 @@ impl Facet {
         Facet { corners, normals, winding: hit.ng, weights: [hit.u, hit.v], slack: 0.0, wo }
     }
 
-    pub fn placed(mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) -> Facet {
+    pub(crate) fn placed(mesh: &Mesh, placement: &Placement, hit: &Hit, wo: Vec3) -> Facet {
         let own = mesh.corners(hit.primitive as usize);
         let corners = own.map(|p| placement.point(p));
         let normals = corner_normals(mesh, hit.primitive as usize).map(|normals| normals.map(|n| placement.normal(n)));
@@ -105,7 +105,7 @@ impl Facet {
 
     /// Without a jump, so that a loop over many runs in vectors.
     #[inline(always)]
-    pub fn point(&self) -> Point {
+    pub(crate) fn point(&self) -> Point {
         let Facet { corners: [a, b, c], normals, winding, weights: [u, v], slack, wo } = *self;
         let edges = [b - a, c - a];
         let (along_b, along_c) = (edges[0] * u, edges[1] * v);

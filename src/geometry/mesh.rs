@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 /// The index of "this triangle has none".
-pub const ABSENT: u32 = u32::MAX;
+pub(crate) const ABSENT: u32 = u32::MAX;
 
 /// A triangle mesh, in world space or in that of its group.
 #[derive(Clone, Debug, Default)]
@@ -37,7 +37,7 @@ pub enum Indices {
 impl Mesh {
     /// A triangle's corners, counter-clockwise seen from outside.
     #[inline]
-    pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
+    pub(crate) fn corners(&self, triangle: usize) -> [Vec3; 3] {
         // spelt out, as below: `map` is not always inlined, and here every nanosecond counts
         let [a, b, c] = self.triangles[triangle];
         let corner = |i: u32| Vec3::from(self.positions[i as usize]);
@@ -45,7 +45,7 @@ impl Mesh {
     }
 
     /// Bytes of its arrays, spare capacity included.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         let normals = self.normals.as_ref().map_or(0, Attribute::bytes);
         let uvs = self.uvs.as_ref().map_or(0, Attribute::bytes);
         of(&self.positions) + of(&self.triangles) + of(&self.materials) + normals + uvs
@@ -54,7 +54,7 @@ impl Mesh {
     /// Texture coordinates of a triangle at the barycentric weights `u`, `v` of its second and third corner; the
     /// weights themselves where it has none.
     #[inline(always)]
-    pub fn uv(&self, triangle: usize, u: f32, v: f32) -> [f32; 2] {
+    pub(crate) fn uv(&self, triangle: usize, u: f32, v: f32) -> [f32; 2] {
         match &self.uvs {
             Some(uvs) => interpolated(uvs.corners(&self.triangles, triangle), u, v),
             None => [u, v],
@@ -85,7 +85,7 @@ impl<T: Copy> Attribute<T> {
 
     /// The three values at the corners of a triangle of the mesh whose `triangles` these are.
     #[inline]
-    pub fn corners(&self, triangles: &[[u32; 3]], triangle: usize) -> Option<[T; 3]> {
+    pub(crate) fn corners(&self, triangles: &[[u32; 3]], triangle: usize) -> Option<[T; 3]> {
         let i = match &self.indices {
             Indices::OfPositions => triangles[triangle],
             Indices::Own(indices) => indices[triangle],

@@ -1,14 +1,14 @@
 //! Shapes in space: meshes, frames, and what a ray meets.
 
-pub mod interaction;
-pub mod mesh;
-pub mod placement;
-pub mod ray;
-pub mod rounding;
-pub mod surfaces;
+pub(crate) mod interaction;
+pub(crate) mod mesh;
+pub(crate) mod placement;
+pub(crate) mod ray;
+pub(crate) mod rounding;
+pub(crate) mod surfaces;
 
 pub use interaction::SurfaceInteraction;
 pub use mesh::{Attribute, Indices, Mesh};
-pub use placement::Placement;
+pub(crate) use placement::Placement;
 pub use ray::{Hit, HitRows, NOTHING, Ray, RayRows};
-pub use surfaces::Surfaces;
+pub(crate) use surfaces::Surfaces;

@@ -6,7 +6,7 @@ use glam::{Affine3A, DMat3, DVec3, Mat3, Mat3A, Vec3, Vec3A};
 
 /// An affine map from a mesh's own space to the world, with what normals need of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
+pub(crate) struct Placement {
     to_world: Affine3A,
     /// Inverse transpose of the linear part, over `growth`. It keeps what is outside outside, under mirrorings too.
     normal_to_world: Mat3A,
@@ -33,7 +33,7 @@ fn cross_of_sizes(a: DVec3, b: DVec3) -> DVec3 {
 
 impl Placement {
     /// The determinant of `to_world` is not 0.
-    pub fn new(to_world: Affine3A) -> Placement {
+    pub(crate) fn new(to_world: Affine3A) -> Placement {
         let linear = linear(&to_world);
         let (inverse, determinant) = (linear.inverse(), linear.determinant());
         let growth = largest(inverse);
@@ -49,7 +49,7 @@ impl Placement {
 
     /// Whether rays can be moved to the mesh's own space in single precision, as Embree does it, and meet there what they
     /// should. All coordinates of the world are at most `world`, those of the meshes in their own space at most `own`.
-    pub fn carries_rays(&self, world: f32, own: f32) -> bool {
+    pub(crate) fn carries_rays(&self, world: f32, own: f32) -> bool {
         let linear = linear(&self.to_world);
         let terms = sizes_of_adjugate(linear);
         let determinant = linear.determinant().abs();
@@ -64,30 +64,30 @@ impl Placement {
         inverts && products <= *range.end() && self.doubt() <= LARGEST_DOUBT
     }
 
-    pub fn to_world(&self) -> Affine3A {
+    pub(crate) fn to_world(&self) -> Affine3A {
         self.to_world
     }
 
     /// Whether corners that run counter-clockwise run clockwise in the world.
-    pub fn mirrored(&self) -> bool {
+    pub(crate) fn mirrored(&self) -> bool {
         self.mirrored
     }
 
     #[inline]
-    pub fn point(&self, p: Vec3) -> Vec3 {
+    pub(crate) fn point(&self, p: Vec3) -> Vec3 {
         self.to_world.transform_point3(p)
     }
 
     /// The unit normal in the world of a surface with the normal `n`; zero where it has no direction.
     #[inline]
-    pub fn normal(&self, n: Vec3) -> Vec3 {
+    pub(crate) fn normal(&self, n: Vec3) -> Vec3 {
         unit((self.normal_to_world * Vec3A::from(unit(n).0)).into()).0
     }
 
     /// The largest numbers that may occur on the way of a point to the world, for points of which no coordinate is
     /// larger than `extent`: what rounding is relative to.
     #[inline]
-    pub fn reach(&self, extent: Vec3) -> Vec3 {
+    pub(crate) fn reach(&self, extent: Vec3) -> Vec3 {
         let m = self.to_world.matrix3;
         let linear = m.x_axis.abs() * extent.x + m.y_axis.abs() * extent.y + m.z_axis.abs() * extent.z;
         (linear + self.to_world.translation.abs()).into()
@@ -95,7 +95,7 @@ impl Placement {
 
     /// How far across its plane a point of this triangle of the mesh may be apart from where rays meet the triangle, by
     /// all that lies between its own space and the world. `n`: its unit normal in the world.
-    pub fn slack(&self, corners: [Vec3; 3], n: Vec3) -> f32 {
+    pub(crate) fn slack(&self, corners: [Vec3; 3], n: Vec3) -> f32 {
         let [a, b, c] = corners;
         let reach = Vec3A::from(self.reach(a.abs().max(b.abs()).max(c.abs())));
         let translation = self.to_world.translation.abs();
@@ -110,13 +110,13 @@ impl Placement {
     }
 
     /// [`Self::slack`] of a triangle of the mesh.
-    pub fn slack_of(&self, mesh: &Mesh, triangle: usize) -> f32 {
+    pub(crate) fn slack_of(&self, mesh: &Mesh, triangle: usize) -> f32 {
         let [a, b, c] = mesh.corners(triangle);
         self.slack([a, b, c], self.normal((b - a).cross(c - a)))
     }
 
     /// The corners of a triangle in the world, counter-clockwise seen from outside.
-    pub fn facet(&self, mesh: &Mesh, triangle: usize) -> [Vec3; 3] {
+    pub(crate) fn facet(&self, mesh: &Mesh, triangle: usize) -> [Vec3; 3] {
         let [a, b, c] = mesh.corners(triangle).map(|p| self.point(p));
         if self.mirrored { [a, c, b] } else { [a, b, c] }
     }

@@ -6,9 +6,9 @@ use glam::Vec3;
 /// A ray from `org` along the unit direction `dir`, for 0 < t < `tfar`.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    pub org: Vec3,
-    pub dir: Vec3,
-    pub tfar: f32,
+    pub(crate) org: Vec3,
+    pub(crate) dir: Vec3,
+    pub(crate) tfar: f32,
 }
 
 /// In place of a geometry where a ray met nothing, and of an instance where there is none.
@@ -16,22 +16,22 @@ pub const NOTHING: u32 = u32::MAX;
 
 /// What a packet of rays met, component by component. A lane whose ray met nothing holds any numbers.
 pub struct HitRows<'a> {
-    pub dir: [&'a [f32; LANES]; 3],
-    pub ng: [&'a [f32; LANES]; 3],
+    pub(crate) dir: [&'a [f32; LANES]; 3],
+    pub(crate) ng: [&'a [f32; LANES]; 3],
     /// As [`Hit::u`] and [`Hit::v`].
-    pub weights: [&'a [f32; LANES]; 2],
+    pub(crate) weights: [&'a [f32; LANES]; 2],
     /// As [`Hit::geometry`]; [`NOTHING`] where nothing was met.
-    pub geometry: &'a [u32; LANES],
-    pub primitive: &'a [u32; LANES],
+    pub(crate) geometry: &'a [u32; LANES],
+    pub(crate) primitive: &'a [u32; LANES],
     /// As [`Hit::instance`]; [`NOTHING`] where the mesh belongs to the scene itself.
-    pub instance: &'a [u32; LANES],
+    pub(crate) instance: &'a [u32; LANES],
 }
 
 /// Rays of a packet, component by component.
 pub struct RayRows<'a> {
-    pub org: [&'a [f32; LANES]; 3],
-    pub dir: [&'a [f32; LANES]; 3],
-    pub tfar: &'a [f32; LANES],
+    pub(crate) org: [&'a [f32; LANES]; 3],
+    pub(crate) dir: [&'a [f32; LANES]; 3],
+    pub(crate) tfar: &'a [f32; LANES],
 }
 
 /// Where a ray met a triangle.

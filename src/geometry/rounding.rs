@@ -17,7 +17,7 @@
 use glam::Vec3;
 
 /// Half of what separates 1 from the next number: no single operation is wrong by more, relative to its result.
-pub const ROUNDING: f32 = f32::EPSILON / 2.0;
+pub(crate) const ROUNDING: f32 = f32::EPSILON / 2.0;
 
 /// Of the coordinates of a point, in units of [`ROUNDING`]: one for the point, one for the ray's origin.
 const OF_PLACE: f32 = 2.0;
@@ -32,7 +32,7 @@ const THINNEST: f32 = 1024.0;
 /// X/|Ng|: the cross product of the edges in which all terms count as positive, what the rounding of their cross product is
 /// relative to, by the length of that. `per_length`: 1/|e₁ × e₂|.
 #[inline(always)]
-pub fn thinness([a, b]: [Vec3; 2], per_length: f32) -> Vec3 {
+pub(crate) fn thinness([a, b]: [Vec3; 2], per_length: f32) -> Vec3 {
     let (a, b) = (a.abs(), b.abs());
     let sizes = Vec3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
     (sizes * per_length).min(Vec3::splat(THINNEST))
@@ -43,7 +43,7 @@ pub fn thinness([a, b]: [Vec3; 2], per_length: f32) -> Vec3 {
 ///
 /// It is never 0: where all of the above cancels, in planes like y = 0, it is one rounding of the triangle's size.
 #[inline(always)]
-pub fn across(edges: [Vec3; 2], p: Vec3, size: Vec3, ng: Vec3, per_length: f32) -> f32 {
+pub(crate) fn across(edges: [Vec3; 2], p: Vec3, size: Vec3, ng: Vec3, per_length: f32) -> f32 {
     let extent = (edges[0].abs() + edges[1].abs()).max_element();
     (OF_PLACE * ng.abs().dot(p.abs()) + OF_TRIANGLE * thinness(edges, per_length).dot(size) + extent) * ROUNDING
 }
@@ -51,7 +51,7 @@ pub fn across(edges: [Vec3; 2], p: Vec3, size: Vec3, ng: Vec3, per_length: f32) 
 /// The unit vector along `v`, and 1 over the length of `v`; zeros where it has no direction. Squares of its coordinates
 /// may be beyond an `f32`: they are divided by the largest first. Without a jump.
 #[inline(always)]
-pub fn unit(v: Vec3) -> (Vec3, f32) {
+pub(crate) fn unit(v: Vec3) -> (Vec3, f32) {
     let per_largest = 1.0 / v.abs().max_element();
     let v = v * per_largest;
     let per_length = v.length_recip();

@@ -9,7 +9,7 @@ use glam::Vec3;
 
 /// Up to [`LANES`] hits and the points that follow from them: what [`SurfaceInteraction::new`] gives one by one, to the
 /// last bit. A point has the lane of its ray.
-pub struct Surfaces<'a> {
+pub(crate) struct Surfaces<'a> {
     met: Mask,
     /// Where corners, normals, texture coordinates and materials are still to be read.
     unread: [Option<&'a Mesh>; LANES],
@@ -33,7 +33,7 @@ pub struct Surfaces<'a> {
 }
 
 impl<'a> Surfaces<'a> {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Surfaces {
             met: Mask::NONE,
             unread: [None; LANES],
@@ -58,7 +58,7 @@ impl<'a> Surfaces<'a> {
 
     /// Begins with what these of a packet of rays met; where that is, [`Self::push`] says.
     #[inline(always)]
-    pub fn begin(&mut self, rows: &HitRows, met: Mask) {
+    pub(crate) fn begin(&mut self, rows: &HitRows, met: Mask) {
         self.met = met;
         (self.weights[0], self.weights[1]) = (*rows.weights[0], *rows.weights[1]);
         self.winding.set_rows(rows.ng);
@@ -70,13 +70,13 @@ impl<'a> Surfaces<'a> {
 
     /// The rays that met a surface.
     #[inline(always)]
-    pub fn met(&self) -> Mask {
+    pub(crate) fn met(&self) -> Mask {
         self.met
     }
 
     /// Ray `k` met this triangle of `mesh`.
     #[inline(always)]
-    pub fn push(&mut self, k: usize, mesh: &'a Mesh, primitive: u32) {
+    pub(crate) fn push(&mut self, k: usize, mesh: &'a Mesh, primitive: u32) {
         self.unread[k] = Some(mesh);
         self.primitive[k] = primitive;
         self.triangle[k] = mesh.triangles[primitive as usize];
@@ -85,7 +85,7 @@ impl<'a> Surfaces<'a> {
 
     /// Ray `k` met this triangle of an instance of `mesh`.
     #[inline(never)]
-    pub fn push_placed(&mut self, k: usize, mesh: &Mesh, placement: &Placement, hit: &Hit) {
+    pub(crate) fn push_placed(&mut self, k: usize, mesh: &Mesh, placement: &Placement, hit: &Hit) {
         let facet = Facet::placed(mesh, placement, hit, self.wo.get(k));
         self.unread[k] = None;
         for c in 0..3 {
@@ -123,7 +123,7 @@ impl<'a> Surfaces<'a> {
     }
 
     /// Finds the points of all that was met. Lanes that met nothing hold any numbers.
-    pub fn resolve(&mut self) {
+    pub(crate) fn resolve(&mut self) {
         self.read();
         for k in 0..LANES {
             let facet = Facet {
@@ -148,7 +148,7 @@ impl<'a> Surfaces<'a> {
 
     /// Point `k`, once it is found.
     #[inline(always)]
-    pub fn get(&self, k: usize) -> SurfaceInteraction {
+    pub(crate) fn get(&self, k: usize) -> SurfaceInteraction {
         SurfaceInteraction {
             p: self.p.get(k),
             ng: self.ng.get(k),
@@ -162,38 +162,38 @@ impl<'a> Surfaces<'a> {
 
     /// Material of point `k`.
     #[inline(always)]
-    pub fn material(&self, k: usize) -> u32 {
+    pub(crate) fn material(&self, k: usize) -> u32 {
         self.material[k]
     }
 
     /// Texture coordinates of point `k`.
     #[inline(always)]
-    pub fn uv(&self, k: usize) -> [f32; 2] {
+    pub(crate) fn uv(&self, k: usize) -> [f32; 2] {
         [self.uv[0][k], self.uv[1][k]]
     }
 
     /// Place of point `k`.
     #[inline(always)]
-    pub fn p(&self, k: usize) -> Vec3 {
+    pub(crate) fn p(&self, k: usize) -> Vec3 {
         self.p.get(k)
     }
 
     /// Places of all points.
     #[inline(always)]
-    pub fn places(&self) -> &Vec3Lanes {
+    pub(crate) fn places(&self) -> &Vec3Lanes {
         &self.p
     }
 
     /// Shading normal of point `k` on the side of the path.
     #[inline(always)]
-    pub fn facing_normal(&self, k: usize) -> Vec3 {
+    pub(crate) fn facing_normal(&self, k: usize) -> Vec3 {
         let n = self.frame[2].get(k);
         if self.wo.get(k).dot(n) < 0.0 { -n } else { n }
     }
 
     /// [`Self::facing_normal`] of all points.
     #[inline(always)]
-    pub fn facing_normals(&self, normals: &mut Vec3Lanes) {
+    pub(crate) fn facing_normals(&self, normals: &mut Vec3Lanes) {
         for k in 0..LANES {
             normals.set(k, self.facing_normal(k));
         }
@@ -201,19 +201,19 @@ impl<'a> Surfaces<'a> {
 
     /// To where the ray came from, unit, in the shading frame.
     #[inline(always)]
-    pub fn wo_local(&self, k: usize) -> Vec3 {
+    pub(crate) fn wo_local(&self, k: usize) -> Vec3 {
         self.wo_local.get(k)
     }
 
     /// The same for all.
     #[inline(always)]
-    pub fn wo_locals(&self) -> &Vec3Lanes {
+    pub(crate) fn wo_locals(&self) -> &Vec3Lanes {
         &self.wo_local
     }
 
     /// Directions of the world in the shading frames.
     #[inline(always)]
-    pub fn to_local(&self, w: &Vec3Lanes, local: &mut Vec3Lanes) {
+    pub(crate) fn to_local(&self, w: &Vec3Lanes, local: &mut Vec3Lanes) {
         for k in 0..LANES {
             local.set(k, self.shading_frame(k).to_local(w.get(k)));
         }
@@ -221,7 +221,7 @@ impl<'a> Surfaces<'a> {
 
     /// Directions in the shading frames in the world.
     #[inline(always)]
-    pub fn to_world(&self, local: &Vec3Lanes, w: &mut Vec3Lanes) {
+    pub(crate) fn to_world(&self, local: &Vec3Lanes, w: &mut Vec3Lanes) {
         for k in 0..LANES {
             w.set(k, self.shading_frame(k).to_world(local.get(k)));
         }
@@ -229,7 +229,7 @@ impl<'a> Surfaces<'a> {
 
     /// [`SurfaceInteraction::spawn`] for all.
     #[inline(always)]
-    pub fn spawn(&self, w: &Vec3Lanes, origin: &mut Vec3Lanes) {
+    pub(crate) fn spawn(&self, w: &Vec3Lanes, origin: &mut Vec3Lanes) {
         for k in 0..LANES {
             let ng = self.ng.get(k);
             origin.set(k, self.p.get(k) + ng * self.offset[k].copysign(w.get(k).dot(ng)));
@@ -238,7 +238,7 @@ impl<'a> Surfaces<'a> {
 
     /// [`SurfaceInteraction::consistent`] for point `k`.
     #[inline(always)]
-    pub fn consistent(&self, k: usize, w: Vec3) -> bool {
+    pub(crate) fn consistent(&self, k: usize, w: Vec3) -> bool {
         w.dot(self.ng.get(k)) * w.dot(self.frame[2].get(k)) > 0.0
     }
 
@@ -256,4 +256,4 @@ impl Default for Surfaces<'_> {
 
 #[cfg(test)]
 #[path = "surfaces_tests.rs"]
-pub mod tests;
+pub(crate) mod tests;

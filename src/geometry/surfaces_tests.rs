@@ -5,7 +5,7 @@ use crate::simd::mask;
 use glam::{Affine3A, Quat};
 
 /// Triangles of all sizes, some without corner normals, some with normals that face either way.
-pub fn mesh(rng: &mut Rng, normals: bool) -> Mesh {
+pub(crate) fn mesh(rng: &mut Rng, normals: bool) -> Mesh {
     let triangles = 50;
     let mut point = |scale: f32| (Vec3::new(rng.f32(), rng.f32(), rng.f32()) - 0.5) * scale;
     let positions = (0..3 * triangles).map(|k| point(10f32.powi(k / 3 % 7 - 3)).into()).collect();
@@ -24,7 +24,7 @@ pub fn mesh(rng: &mut Rng, normals: bool) -> Mesh {
 }
 
 /// A hit on a triangle of the mesh, and where it is seen from.
-pub fn hit(mesh: &Mesh, rng: &mut Rng) -> (Hit, Vec3) {
+pub(crate) fn hit(mesh: &Mesh, rng: &mut Rng) -> (Hit, Vec3) {
     let primitive = rng.next_u32() % mesh.triangles.len() as u32;
     let [a, b, c] = mesh.corners(primitive as usize);
     let [u, v] = warp::square_to_triangle(rng.f32x2());
@@ -47,7 +47,7 @@ fn begin(surfaces: &mut Surfaces, hits: &[(Hit, Vec3)]) {
 }
 
 /// A packet of hits on random triangles.
-pub fn packet<'a>(mesh: &'a Mesh, rng: &mut Rng) -> Surfaces<'a> {
+pub(crate) fn packet<'a>(mesh: &'a Mesh, rng: &mut Rng) -> Surfaces<'a> {
     let mut surfaces = Surfaces::new();
     let hits: Vec<_> = (0..LANES).map(|_| hit(mesh, rng)).collect();
     begin(&mut surfaces, &hits);

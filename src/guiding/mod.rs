@@ -27,16 +27,16 @@ pub mod spatial;
 mod store;
 mod update_job;
 
-pub use diagnostics::{GuideStats, HistogramBin, StateView};
-pub use directional::hemitree::Node;
-pub use directional::{GuideLanes, GuidingDistribution};
+pub(crate) use diagnostics::{GuideStats, HistogramBin, StateView};
+pub(crate) use directional::hemitree::Node;
+pub(crate) use directional::{GuideLanes, GuidingDistribution};
 pub use guide::Guide;
 pub use packed_direction::PackedDirection;
-pub use persist::Stored;
+pub(crate) use persist::Stored;
 pub use recorder::{Recorder, Transition};
-pub use snapshot::{RegionInfo, Snapshot};
+pub(crate) use snapshot::{RegionInfo, Snapshot};
 pub use spatial::{RegionId, RegionLookup};
-pub use update_job::UpdateJob;
+pub(crate) use update_job::UpdateJob;
 
 /// The frozen guide of an iteration.
 pub type Field<'a> = &'a Snapshot;

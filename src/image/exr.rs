@@ -8,9 +8,9 @@ pub(crate) use read::read_limited;
 pub use read::{ExrFile, read_attributes, read_layers, read_measured, read_rgb};
 
 /// Name of the layer that a denoiser made of the picture.
-pub const DENOISED: &str = "denoised";
+pub(crate) const DENOISED: &str = "denoised";
 /// Attribute of a file whose main channels are a copy of a layer: that layer's name.
-pub const LAYER: &str = "layer";
+pub(crate) const LAYER: &str = "layer";
 
 use super::Layer;
 use crate::io::atomic::write_atomically;
@@ -27,15 +27,15 @@ use std::path::Path;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metadata {
     /// Tells scenes apart: attribute `sceneHash`.
-    pub scene_hash: String,
+    pub(crate) scene_hash: String,
     /// Attribute `samplesPerPixel`.
-    pub samples_per_pixel: u32,
+    pub(crate) samples_per_pixel: u32,
     /// Attribute `renderTimeSeconds`.
-    pub render_time_seconds: f32,
+    pub(crate) render_time_seconds: f32,
     /// Attribute `seed`, as text since 64 bits do not fit a number of this format.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// More attributes. A name is 1 to 255 printable ASCII characters and none that the format itself uses.
-    pub extra: BTreeMap<String, Attribute>,
+    pub(crate) extra: BTreeMap<String, Attribute>,
 }
 
 /// The value of an attribute in a file's header.
@@ -50,14 +50,14 @@ pub enum Attribute {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
     /// Size of the whole picture.
-    pub width: usize,
-    pub height: usize,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
     /// Upper left pixel of the stored part, counted from the picture's upper left pixel.
-    pub left: i32,
-    pub top: i32,
+    pub(crate) left: i32,
+    pub(crate) top: i32,
     /// Size of the stored part.
-    pub stored_width: usize,
-    pub stored_height: usize,
+    pub(crate) stored_width: usize,
+    pub(crate) stored_height: usize,
 }
 
 impl Window {
@@ -84,7 +84,12 @@ pub fn write(path: &Path, window: &Window, layers: Vec<Layer>, metadata: &Metada
 ///
 /// # Errors
 /// As [`write`].
-pub fn write_with(path: &Path, window: &Window, layers: Vec<Layer>, known: &BTreeMap<String, Attribute>) -> Result<()> {
+pub(crate) fn write_with(
+    path: &Path,
+    window: &Window,
+    layers: Vec<Layer>,
+    known: &BTreeMap<String, Attribute>,
+) -> Result<()> {
     let checked = known.keys().try_for_each(|name| check_name("attribute", name));
     let bytes = checked.and_then(|()| encode_with(window, layers, in_file(known)));
     let bytes = bytes.map_err(|message| Error::file(path, message))?;

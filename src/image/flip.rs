@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
 
 /// Pixels per degree of vision: a 4K screen of 0.7 m at 0.7 m (the paper's §4.1).
-pub const PIXELS_PER_DEGREE: f32 = 67.0;
+pub(crate) const PIXELS_PER_DEGREE: f32 = 67.0;
 
 /// Exponents of the colour and of the feature difference, and the two points of the map that compresses the largest
 /// colour differences (the paper's qc, qf, pc, pt).
@@ -33,7 +33,7 @@ const WIDEST: f32 = 0.04;
 ///
 /// # Errors
 /// [`crate::Error::Scene`] where the sizes differ or the pictures are empty.
-pub fn flip(image: &Image, reference: &Image, exposure: f32) -> Result<f32> {
+pub(crate) fn flip(image: &Image, reference: &Image, exposure: f32) -> Result<f32> {
     check_sizes(image, reference)?;
     let (a, b) = (Shown::new(image, exposure), Shown::new(reference, exposure));
     let largest = largest_difference();

@@ -15,7 +15,7 @@ pub struct Image {
 
 impl Image {
     /// A black picture.
-    pub fn new(width: usize, height: usize) -> Image {
+    pub(crate) fn new(width: usize, height: usize) -> Image {
         Image { width, height, data: vec![Rgb::ZERO; width * height] }
     }
 
@@ -24,7 +24,7 @@ impl Image {
     /// # Panics
     /// Outside of the picture.
     #[inline]
-    pub fn pixel(&self, x: usize, y: usize) -> Rgb {
+    pub(crate) fn pixel(&self, x: usize, y: usize) -> Rgb {
         assert!(x < self.width, "column {x} of {}", self.width);
         self.data[y * self.width + x]
     }
@@ -34,20 +34,20 @@ impl Image {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
     /// Prefix of the channels' names; empty for the picture itself.
-    pub name: String,
+    pub(crate) name: String,
     /// Suffix and one value per pixel, row 0 on top. An empty suffix: the layer's name is the channel's.
-    pub channels: Vec<(String, Vec<f32>)>,
+    pub(crate) channels: Vec<(String, Vec<f32>)>,
 }
 
 /// Pixels with an infinite or undefined number in any channel.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct NonFinite {
     /// How many.
-    pub pixels: usize,
+    pub(crate) pixels: usize,
     /// Where the first of them is, row by row from the upper left, and a channel of it that is not finite.
-    pub channel: String,
-    pub x: usize,
-    pub y: usize,
+    pub(crate) channel: String,
+    pub(crate) x: usize,
+    pub(crate) y: usize,
 }
 
 impl std::fmt::Display for NonFinite {
@@ -65,17 +65,17 @@ impl Layer {
     }
 
     /// Channels `X`, `Y`, `Z`.
-    pub fn vector(name: &str, pixels: &[Vec3]) -> Layer {
+    pub(crate) fn vector(name: &str, pixels: &[Vec3]) -> Layer {
         Layer::split(name, ["X", "Y", "Z"], pixels)
     }
 
     /// One channel: `suffix` is `"Y"` by convention, or empty where the name stands alone (depth `Z`).
-    pub fn scalar(name: &str, suffix: &str, values: Vec<f32>) -> Layer {
+    pub(crate) fn scalar(name: &str, suffix: &str, values: Vec<f32>) -> Layer {
         Layer { name: name.to_owned(), channels: vec![(suffix.to_owned(), values)] }
     }
 
     /// What is not finite among layers of a picture with rows of `width` pixels; `None` where all is.
-    pub fn non_finite(layers: &[Layer], width: usize) -> Option<NonFinite> {
+    pub(crate) fn non_finite(layers: &[Layer], width: usize) -> Option<NonFinite> {
         let channels: Vec<(String, &[f32])> = layers.iter().flat_map(Layer::named_channels).collect();
         let pixels = channels.first().map_or(0, |(_, values)| values.len());
         let broken = |&i: &usize| channels.iter().any(|(_, values)| !values[i].is_finite());
@@ -95,19 +95,19 @@ impl Layer {
     }
 
     /// Three channels as vectors, one for each pixel; `None` where one of them is missing.
-    pub fn vectors(&self, suffixes: [&str; 3]) -> Option<Vec<Vec3>> {
+    pub(crate) fn vectors(&self, suffixes: [&str; 3]) -> Option<Vec<Vec3>> {
         let channel = |suffix: &str| self.channels.iter().find(|(own, _)| own == suffix).map(|(_, values)| values);
         let (x, y, z) = (channel(suffixes[0])?, channel(suffixes[1])?, channel(suffixes[2])?);
         Some(x.iter().zip(y).zip(z).map(|((&x, &y), &z)| Vec3::new(x, y, z)).collect())
     }
 
     /// The colours of a layer that has `R`, `G` and `B`.
-    pub fn colors(&self) -> Option<Vec<Rgb>> {
+    pub(crate) fn colors(&self) -> Option<Vec<Rgb>> {
         self.vectors(["R", "G", "B"])
     }
 
     /// The full name of the channel with this suffix: `name.suffix`, or the one that is not empty.
-    pub fn channel_name(&self, suffix: &str) -> String {
+    pub(crate) fn channel_name(&self, suffix: &str) -> String {
         match (self.name.as_str(), suffix) {
             ("", suffix) => suffix.to_owned(),
             (name, "") => name.to_owned(),

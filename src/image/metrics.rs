@@ -16,17 +16,17 @@ const TRIMMED: f64 = 0.001;
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Errors {
     /// Mean of (x − r)².
-    pub mse: f64,
+    pub(crate) mse: f64,
     /// Mean of (x − r)² / (r² + 0.01) (Rousselle et al. 2011, "Adaptive Sampling and Reconstruction using Greedy Error
     /// Minimization", who divide by r² + ε).
-    pub relmse: f64,
+    pub(crate) relmse: f64,
     /// `relmse` without the worst 0.1 % of the pixels, rounded down, so that a few fireflies do not decide. A pixel
     /// goes with all of its channels; one that is not a number counts as the worst.
     pub relmse_trimmed: f64,
     /// Mean of |x − r| / (|r| + 0.01).
-    pub mape: f64,
+    pub(crate) mape: f64,
     /// Mean of 2|x − r| / (|x| + |r| + 0.01), in [0, 2).
-    pub smape: f64,
+    pub(crate) smape: f64,
 }
 
 /// Compares `image` with `reference`.
@@ -62,7 +62,7 @@ pub(super) fn check_sizes(image: &Image, reference: &Image) -> Result<()> {
 ///
 /// # Errors
 /// As [`compare`].
-pub fn relative_squares(image: &Image, reference: &Image) -> Result<Vec<f64>> {
+pub(crate) fn relative_squares(image: &Image, reference: &Image) -> Result<Vec<f64>> {
     check_sizes(image, reference)?;
     Ok(per_pixel(image, reference, relative_square).collect())
 }

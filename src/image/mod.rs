@@ -1,7 +1,7 @@
 //! Pictures: in memory, in files, and how far two of them are apart.
 
 pub mod exr;
-pub mod flip;
+pub(crate) mod flip;
 mod layers;
 pub mod metrics;
 pub mod png;
@@ -11,9 +11,9 @@ mod tone;
 mod view;
 
 pub use layers::{Image, Layer, NonFinite};
-pub use resample::Rectangle;
-pub use tone::Tone;
-pub use view::{Exposure, MOST_STOPS, ViewTransform, automatic_stops};
+pub(crate) use resample::Rectangle;
+pub(crate) use tone::Tone;
+pub(crate) use view::{Exposure, MOST_STOPS, ViewTransform, automatic_stops};
 
 #[cfg(test)]
 pub(crate) mod tests {

@@ -13,7 +13,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// An empty picture, and all failures to write.
-pub fn write(path: &Path, image: &Image, view: &ViewTransform, texts: &[(&str, &str)]) -> Result<()> {
+pub(crate) fn write(path: &Path, image: &Image, view: &ViewTransform, texts: &[(&str, &str)]) -> Result<()> {
     let size = |n: usize| u32::try_from(n).ok().filter(|&n| n > 0);
     let (Some(width), Some(height)) = (size(image.width), size(image.height)) else {
         let message = format!("a PNG cannot have {} × {} pixels", image.width, image.height);

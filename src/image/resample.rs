@@ -4,11 +4,11 @@ use super::Layer;
 
 /// A rectangle of pixels, counted from the upper left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rectangle {
-    pub x: usize,
-    pub y: usize,
-    pub width: usize,
-    pub height: usize,
+pub(crate) struct Rectangle {
+    pub(crate) x: usize,
+    pub(crate) y: usize,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
 }
 
 /// What the values of a layer are, which decides what those of several pixels together are.
@@ -27,7 +27,7 @@ impl Layer {
     ///
     /// # Panics
     /// Where `part` reaches beyond the picture.
-    pub fn crop(&self, width: usize, part: &Rectangle) -> Layer {
+    pub(crate) fn crop(&self, width: usize, part: &Rectangle) -> Layer {
         assert!(part.x + part.width <= width, "columns of the picture");
         let cut = |values: &Vec<f32>| {
             let rows = values.chunks(width).skip(part.y).take(part.height);
@@ -41,7 +41,7 @@ impl Layer {
     ///
     /// # Panics
     /// Where a side is 0 or larger than before.
-    pub fn shrink(&self, size: (usize, usize), smaller: (usize, usize)) -> Layer {
+    pub(crate) fn shrink(&self, size: (usize, usize), smaller: (usize, usize)) -> Layer {
         let (columns, rows) = (Shares::new(size.0, smaller.0), Shares::new(size.1, smaller.1));
         let kind = kind(&self.name);
         self.with_values(|values| match kind {

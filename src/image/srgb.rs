@@ -9,15 +9,15 @@ pub fn encode(linear: f32) -> f32 {
 }
 
 /// The linear value of a stored one; the inverse of [`encode`] on [0, 1] up to rounding.
-pub fn decode(stored: f32) -> f32 {
+pub(crate) fn decode(stored: f32) -> f32 {
     if stored <= 0.040_45 { stored / 12.92 } else { ((stored + 0.055) / 1.055).powf(2.4) }
 }
 
 /// [`decode`] of i/255 for every 8-bit value i.
-pub static DECODE_8: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| decode(i as f32 / 255.0)));
+pub(crate) static DECODE_8: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| decode(i as f32 / 255.0)));
 
 /// [`decode`] of i/65535 for every 16-bit value i.
-pub static DECODE_16: LazyLock<Vec<f32>> =
+pub(crate) static DECODE_16: LazyLock<Vec<f32>> =
     LazyLock::new(|| (0..=u16::MAX).map(|i| decode(f32::from(i) / 65535.0)).collect());
 
 #[cfg(test)]

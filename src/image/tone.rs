@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 /// How light that is brighter than a screen becomes a colour of the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tone {
+pub(crate) enum Tone {
     /// Clamps each channel to [0, 1].
     #[default]
     Srgb,
@@ -20,15 +20,15 @@ pub enum Tone {
 
 impl Tone {
     /// All of them, by the names that scene files and options use.
-    pub const NAMES: [(&str, Tone); 3] = [("srgb", Tone::Srgb), ("agx", Tone::Agx), ("aces", Tone::Aces)];
+    pub(crate) const NAMES: [(&str, Tone); 3] = [("srgb", Tone::Srgb), ("agx", Tone::Agx), ("aces", Tone::Aces)];
 
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         Tone::NAMES.iter().find(|(_, tone)| *tone == self).map_or("", |(name, _)| name)
     }
 
     /// What a screen shows, in [0, 1] and linear. What is not a number, or negative, counts as 0.
     #[inline]
-    pub fn apply(self, light: Rgb) -> Rgb {
+    pub(crate) fn apply(self, light: Rgb) -> Rgb {
         // Far beyond the whites of all curves, and its square is still a number.
         const BRIGHTEST: f32 = 1e9;
         let light = Rgb::from(light.to_array().map(|x| if x > 0.0 { x.min(BRIGHTEST) } else { 0.0 }));
@@ -40,7 +40,7 @@ impl Tone {
     }
 
     /// The grey that is shown as the brightest white there is; brighter ones look alike.
-    pub fn white(self) -> f32 {
+    pub(crate) fn white(self) -> f32 {
         match self {
             Tone::Srgb => 1.0,
             Tone::Agx => AGX_STOPS[1].exp2(),

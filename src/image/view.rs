@@ -9,7 +9,7 @@ use std::str::FromStr;
 
 /// How much a picture is brightened.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Exposure {
+pub(crate) enum Exposure {
     /// By what the picture shows: see [`automatic_stops`].
     Auto,
     /// By this many stops: times 2 to that power.
@@ -23,11 +23,11 @@ impl Default for Exposure {
 }
 
 /// Stops beyond these are refused where a user writes them.
-pub const MOST_STOPS: f32 = 64.0;
+pub(crate) const MOST_STOPS: f32 = 64.0;
 
 impl Exposure {
     /// Stops by which `image` is brightened, if `tone` is to follow.
-    pub fn stops(self, image: &Image, tone: Tone) -> f32 {
+    pub(crate) fn stops(self, image: &Image, tone: Tone) -> f32 {
         match self {
             Exposure::Auto => automatic_stops(image, tone),
             Exposure::Stops(stops) => stops,
@@ -78,7 +78,7 @@ const FINITE_STOPS: f64 = 126.0;
 ///
 /// The average is over blocks of 8 × 8 pixels; black blocks, where the camera sees nothing, are left out, which takes the place
 /// of the paper's offset for black. Scaling all light scales nothing that is shown. A picture without light has 0.
-pub fn automatic_stops(image: &Image, tone: Tone) -> f32 {
+pub(crate) fn automatic_stops(image: &Image, tone: Tone) -> f32 {
     let Some(average) = log_average(image) else { return 0.0 };
     let highlight = brightest_kept(image);
     let kept = f64::from(tone.white()) / highlight;
@@ -124,25 +124,25 @@ fn brightest_kept(image: &Image) -> f64 {
 
 /// From linear radiance to stored bytes: exposure, tone curve, sRGB's transfer curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ViewTransform {
+pub(crate) struct ViewTransform {
     /// Light is multiplied by 2 to this power.
-    pub stops: f32,
-    pub tone: Tone,
+    pub(crate) stops: f32,
+    pub(crate) tone: Tone,
 }
 
 impl ViewTransform {
     /// What shows `image`.
-    pub fn of(exposure: Exposure, tone: Tone, image: &Image) -> ViewTransform {
+    pub(crate) fn of(exposure: Exposure, tone: Tone, image: &Image) -> ViewTransform {
         ViewTransform { stops: exposure.stops(image, tone), tone }
     }
 
     /// Only brightened, and clamped.
-    pub fn exposed(stops: f32) -> ViewTransform {
+    pub(crate) fn exposed(stops: f32) -> ViewTransform {
         ViewTransform { stops, tone: Tone::Srgb }
     }
 
     /// The bytes of a picture, three for each pixel.
-    pub fn bytes(&self, image: &Image) -> Vec<u8> {
+    pub(crate) fn bytes(&self, image: &Image) -> Vec<u8> {
         let gain = self.stops.exp2();
         let byte = |shown: f32| (srgb::encode(shown) * 255.0).round() as u8;
         image.data.iter().flat_map(|&pixel| self.tone.apply(pixel * gain).to_array().map(byte)).collect()

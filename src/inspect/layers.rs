@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use rayon::prelude::*;
 
 /// Of each pixel, what the guide knows at the first surface behind its centre that is neither mirror nor glass.
-pub struct Layers {
+pub(crate) struct Layers {
     width: usize,
     height: usize,
     pixels: Vec<Pixel>,
@@ -25,7 +25,7 @@ struct Pixel {
 }
 
 impl Layers {
-    pub fn new(scene: &Scene, guide: &Guide) -> Layers {
+    pub(crate) fn new(scene: &Scene, guide: &Guide) -> Layers {
         let (width, height) = (scene.camera.width, scene.camera.height);
         let line = |y| (0..width).into_par_iter().map(move |x| Pixel::new(scene, guide, x, y));
         let pixels = (0..height).into_par_iter().flat_map(line).collect();
@@ -35,7 +35,7 @@ impl Layers {
     /// Layers of an EXR: `guide.fraction`, the share of directions drawn from the guide; `guide.visits`, the weight of
     /// the visits behind it; `guide.state`, a number from 1 to 2²⁴ − 1 that tells states apart. All are 0 where the guide
     /// knows nothing.
-    pub fn channels(&self) -> Vec<Layer> {
+    pub(crate) fn channels(&self) -> Vec<Layer> {
         let layer = |name: &str, of: fn(&Pixel) -> f32| Layer::scalar(name, "Y", self.pixels.iter().map(of).collect());
         vec![
             layer("guide.fraction", |p| p.fraction),
@@ -45,7 +45,7 @@ impl Layers {
     }
 
     /// A colour for each state, at random; black where no state was met.
-    pub fn false_colours(&self) -> Image {
+    pub(crate) fn false_colours(&self) -> Image {
         let data = self.pixels.iter().map(|p| p.state.map_or(Rgb::ZERO, colour)).collect();
         Image { width: self.width, height: self.height, data }
     }

@@ -1,11 +1,11 @@
 //! Looking at a guide: what it knows of the place behind a pixel, held against what is traced there.
 
-pub mod layers;
-pub mod picture;
-pub mod radiance;
+pub(crate) mod layers;
+pub(crate) mod picture;
+pub(crate) mod radiance;
 
-pub use layers::Layers;
-pub use radiance::{Comparison, Radiance};
+pub(crate) use layers::Layers;
+pub(crate) use radiance::{Comparison, Radiance};
 
 use crate::bsdf::Bsdf;
 use crate::embree::{Coherence, HitBatch};
@@ -21,10 +21,10 @@ const MAX_SEGMENTS: u32 = 32;
 /// The first surface behind a pixel's centre that a guide can help: one that does not only reflect like a mirror or
 /// refract like glass.
 pub struct PixelVertex<'s> {
-    pub si: SurfaceInteraction,
-    pub bsdf: Bsdf<'s>,
+    pub(crate) si: SurfaceInteraction,
+    pub(crate) bsdf: Bsdf<'s>,
     /// Unit, in world space, to where the path came from.
-    pub wo: Vec3,
+    pub(crate) wo: Vec3,
 }
 
 impl<'s> PixelVertex<'s> {
@@ -50,7 +50,7 @@ impl<'s> PixelVertex<'s> {
     }
 
     /// Shading normal on the side of the path.
-    pub fn normal(&self) -> Vec3 {
+    pub(crate) fn normal(&self) -> Vec3 {
         self.si.facing(self.wo)
     }
 

@@ -14,15 +14,15 @@ const GAP: usize = 8;
 const NOTHING: Rgb = Rgb::new(0.02, 0.04, 0.1);
 
 /// A value for every direction, `None` where there is none.
-pub struct Chart {
-    pub width: usize,
-    pub height: usize,
-    pub values: Vec<Option<f32>>,
+pub(crate) struct Chart {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) values: Vec<Option<f32>>,
 }
 
 impl Chart {
     /// All directions in world space: u = atan2(x, −z)/2π, v = acos(y)/π, as environment lights have it; +y on top.
-    pub fn lat_long(value: impl Fn(Vec3) -> Option<f32>) -> Chart {
+    pub(crate) fn lat_long(value: impl Fn(Vec3) -> Option<f32>) -> Chart {
         let (width, height) = (2 * HEIGHT, HEIGHT);
         Chart::new(width, height, |x, y| {
             let (phi, theta) = (TAU * x / width as f32, PI * y / height as f32);
@@ -33,7 +33,7 @@ impl Chart {
 
     /// The hemisphere about the frame's normal, which is in the middle, by Lambert's equal-area map; `s` points right and
     /// `t` up.
-    pub fn disk(frame: &Frame, value: impl Fn(Vec3) -> Option<f32>) -> Chart {
+    pub(crate) fn disk(frame: &Frame, value: impl Fn(Vec3) -> Option<f32>) -> Chart {
         Chart::new(HEIGHT, HEIGHT, |x, y| {
             let p = Vec2::new(x, HEIGHT as f32 - y) * (2.0 / HEIGHT as f32) - 1.0;
             let r2 = p.length_squared();
@@ -50,13 +50,13 @@ impl Chart {
     }
 
     /// The values, with 0 for none.
-    pub fn or_zero(&self) -> Vec<f32> {
+    pub(crate) fn or_zero(&self) -> Vec<f32> {
         self.values.iter().map(|value| value.unwrap_or(0.0)).collect()
     }
 }
 
 /// Two charts of one size beside each other; `white` becomes white.
-pub fn side_by_side(left: &Chart, right: &Chart, white: f32) -> Image {
+pub(crate) fn side_by_side(left: &Chart, right: &Chart, white: f32) -> Image {
     let mut image = Image::new(left.width + GAP + right.width, left.height);
     image.data.fill(Rgb::ONE);
     for (chart, offset) in [(left, 0), (right, left.width + GAP)] {

@@ -24,8 +24,8 @@ const SIDE: u32 = 64;
 /// surfaces that reflect, and of emission the share that multiple importance sampling gives to directions drawn from the
 /// mixture of BSDF and guide (all of it where next-event estimation is off). The traced one uses no guide for its paths,
 /// and for the weights the guide as it now is.
-pub struct Radiance {
-    pub frame: Frame,
+pub(crate) struct Radiance {
+    pub(crate) frame: Frame,
     bins: Vec<Bin>,
     samples: u32,
 }
@@ -44,23 +44,23 @@ struct Bin {
 /// How far the learnt radiance is from the traced one. All values are `None` where nothing is traced but darkness, or
 /// the guide knows nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     /// Pearson's, over the bins.
-    pub correlation: Option<f64>,
+    pub(crate) correlation: Option<f64>,
     /// Σ |learnt − traced| / Σ traced.
-    pub relative_error: Option<f64>,
+    pub(crate) relative_error: Option<f64>,
     /// Σ standard error of traced / Σ traced: the part of the relative error that is noise of the truth.
-    pub truth_noise: Option<f64>,
+    pub(crate) truth_noise: Option<f64>,
     /// ∫ Q cosθ dω, W/m² of luminance.
-    pub learnt_irradiance: f64,
-    pub traced_irradiance: f64,
-    pub directions: usize,
-    pub samples_per_direction: u32,
+    pub(crate) learnt_irradiance: f64,
+    pub(crate) traced_irradiance: f64,
+    pub(crate) directions: usize,
+    pub(crate) samples_per_direction: u32,
 }
 
 impl Radiance {
     /// Traces `samples` paths for each bin, and asks the guide for its own opinion.
-    pub fn new(
+    pub(crate) fn new(
         scene: &Scene,
         settings: &IntegratorSettings,
         guide: &Guide,
@@ -89,7 +89,7 @@ impl Radiance {
     }
 
     /// Traced radiance from a direction in world space; `None` where no light can come from.
-    pub fn traced(&self, w: Vec3) -> Option<f32> {
+    pub(crate) fn traced(&self, w: Vec3) -> Option<f32> {
         let local = self.frame.to_local(w);
         let cell = |v: f32| ((v * SIDE as f32) as usize).min(SIDE as usize - 1);
         let [x, y] = warp::uniform_hemisphere_to_square(local).map(cell);
@@ -98,13 +98,13 @@ impl Radiance {
     }
 
     /// The traced radiance below which the given share of bins is.
-    pub fn quantile(&self, share: f64) -> f32 {
+    pub(crate) fn quantile(&self, share: f64) -> f32 {
         let mut traced: Vec<f64> = self.bins.iter().map(|bin| bin.traced).collect();
         traced.sort_unstable_by(f64::total_cmp);
         traced[((traced.len() - 1) as f64 * share) as usize] as f32
     }
 
-    pub fn compare(&self) -> Comparison {
+    pub(crate) fn compare(&self) -> Comparison {
         let open: Vec<&Bin> = self.bins.iter().filter(|bin| bin.open).collect();
         let sum = |of: &dyn Fn(&Bin) -> f64| open.iter().map(|bin| of(bin)).sum::<f64>();
         let whole = sum(&|bin| bin.traced);

@@ -8,17 +8,17 @@ use crate::math::{Rgb, luminance};
 /// The vertices of a wave as the backward pass needs them, in the order of its rays.
 #[derive(Debug, Default)]
 pub(super) struct WaveRecord {
-    pub arrivals: VertexRecords,
+    pub(crate) arrivals: VertexRecords,
     /// Radiance towards the path's last vertex that each accounts for itself: emission, weighted for next-event
     /// estimation, and next-event estimation.
-    pub local: Vec<Rgb>,
+    pub(crate) local: Vec<Rgb>,
     /// What the frozen table expects of going on.
-    pub expected: Vec<BootstrapValue>,
+    pub(crate) expected: Vec<BootstrapValue>,
 }
 
 impl WaveRecord {
     /// Takes the arrivals of a wave, in exchange for memory.
-    pub fn begin(&mut self, arrivals: &mut VertexRecords) {
+    pub(crate) fn begin(&mut self, arrivals: &mut VertexRecords) {
         std::mem::swap(&mut self.arrivals, arrivals);
         self.local.clear();
         self.local.resize(self.arrivals.len(), Rgb::ZERO);
@@ -26,28 +26,28 @@ impl WaveRecord {
         self.expected.resize(self.arrivals.len(), BootstrapValue::NONE);
     }
 
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.arrivals.clear();
     }
 }
 
 /// What a vertex takes from the table instead of from the path.
 #[derive(Clone, Copy, Debug)]
-pub struct BootstrapValue {
+pub(crate) struct BootstrapValue {
     /// ∫ Q f cosθ dω, or what the rule takes for it, times its share against what the path finds.
-    pub radiance: Rgb,
+    pub(crate) radiance: Rgb,
     /// How much of what the path finds counts beside it.
-    pub rest: f32,
+    pub(crate) rest: f32,
 }
 
 impl BootstrapValue {
     /// Where the table cannot say.
-    pub const NONE: BootstrapValue = BootstrapValue { radiance: Rgb::ZERO, rest: 1.0 };
+    pub(crate) const NONE: BootstrapValue = BootstrapValue { radiance: Rgb::ZERO, rest: 1.0 };
 
     /// `irradiance` and `peak` as in a guide's summary of a state with `visits`, `reflectance` that of a Lambertian
     /// surface.
     #[inline]
-    pub fn new(
+    pub(crate) fn new(
         rule: LearningRule,
         blend_visits: f32,
         (irradiance, peak, visits): (f32, f32, f32),
@@ -62,7 +62,7 @@ impl BootstrapValue {
     /// The share of a state's table in what is learnt at a vertex in it, against what the path finds; `None` where only
     /// the path counts.
     #[inline]
-    pub fn share(rule: LearningRule, blend_visits: f32, visits: f32) -> Option<f32> {
+    pub(crate) fn share(rule: LearningRule, blend_visits: f32, visits: f32) -> Option<f32> {
         match rule {
             LearningRule::MonteCarlo => None,
             LearningRule::ExpectedSarsa | LearningRule::QLearning => Some(1.0),
@@ -72,7 +72,7 @@ impl BootstrapValue {
 
     /// The same where it is that of some lobes only. The weights of what the path finds are to leave out what is expected.
     #[inline]
-    pub fn of_a_part(self) -> BootstrapValue {
+    pub(crate) fn of_a_part(self) -> BootstrapValue {
         BootstrapValue { rest: 1.0, ..self }
     }
 }

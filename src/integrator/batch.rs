@@ -15,14 +15,14 @@ use std::time::Duration;
 /// A tile and the samples to take of each of its pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Task {
-    pub tile: Tile,
+    pub(crate) tile: Tile,
     /// Index of the first sample, counted over the whole render.
-    pub first_sample: u32,
-    pub samples: u32,
+    pub(crate) first_sample: u32,
+    pub(crate) samples: u32,
 }
 
 impl Task {
-    pub fn paths(&self) -> usize {
+    pub(crate) fn paths(&self) -> usize {
         self.tile.pixels() * self.samples as usize
     }
 }
@@ -33,18 +33,18 @@ pub(super) struct Paths {
     packets: Vec<PathPacket>,
     len: usize,
     /// How each path came here; kept where something is learnt.
-    pub arrivals: VertexRecords,
+    pub(crate) arrivals: VertexRecords,
 }
 
 /// What a path carries from vertex to vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathState {
-    pub throughput: Rgb,
-    pub rng: Rng,
+    pub(crate) throughput: Rgb,
+    pub(crate) rng: Rng,
     /// Density of the ray's direction per steradian; infinite behind a camera or a delta lobe.
-    pub pdf: f32,
+    pub(crate) pdf: f32,
     /// What roulette goes by: the share of light that scattering would have left on the way here.
-    pub analog: f32,
+    pub(crate) analog: f32,
 }
 
 /// The same for a packet of paths, side by side.
@@ -52,21 +52,21 @@ pub(super) struct PathState {
 #[repr(align(64))]
 pub(super) struct PathPacket {
     /// Place in the batch: which pixel and sample.
-    pub slot: [u32; LANES],
-    pub throughput: Vec3Lanes,
-    pub rng: RngLanes,
-    pub pdf: Lanes,
-    pub analog: Lanes,
+    pub(crate) slot: [u32; LANES],
+    pub(crate) throughput: Vec3Lanes,
+    pub(crate) rng: RngLanes,
+    pub(crate) pdf: Lanes,
+    pub(crate) analog: Lanes,
 }
 
 impl Paths {
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.len = 0;
         self.arrivals.clear();
     }
 
     #[inline(always)]
-    pub fn push(&mut self, slot: u32, state: PathState) {
+    pub(crate) fn push(&mut self, slot: u32, state: PathState) {
         let (packet, lane) = (self.len / LANES, self.len % LANES);
         if packet == self.packets.len() {
             self.packets.push(PathPacket::EMPTY);
@@ -77,38 +77,38 @@ impl Paths {
 
     /// Adds the paths of a packet that `packing`, made for this length, has chosen.
     #[inline(always)]
-    pub fn pack(&mut self, packing: &Packing, paths: &PathPacket) {
+    pub(crate) fn pack(&mut self, packing: &Packing, paths: &PathPacket) {
         paths.pack(packing, packing.packets(&mut self.packets, || PathPacket::EMPTY));
         self.len += packing.count();
     }
 
     /// The packet of path `first`, a multiple of [`LANES`].
     #[inline(always)]
-    pub fn packet(&self, first: usize) -> &PathPacket {
+    pub(crate) fn packet(&self, first: usize) -> &PathPacket {
         debug_assert!(first < self.len && first.is_multiple_of(LANES));
         &self.packets[first / LANES]
     }
 
     /// Place of path `i` in the batch.
     #[inline(always)]
-    pub fn slot(&self, i: usize) -> u32 {
+    pub(crate) fn slot(&self, i: usize) -> u32 {
         self.packets[i / LANES].slot[i % LANES]
     }
 
     #[inline(always)]
-    pub fn throughput(&self, i: usize) -> Rgb {
+    pub(crate) fn throughput(&self, i: usize) -> Rgb {
         self.packets[i / LANES].throughput.get(i % LANES)
     }
 
     /// Density of the ray's direction, as of [`PathState`].
     #[inline(always)]
-    pub fn pdf(&self, i: usize) -> f32 {
+    pub(crate) fn pdf(&self, i: usize) -> f32 {
         self.packets[i / LANES].pdf[i % LANES]
     }
 }
 
 impl PathPacket {
-    pub const EMPTY: PathPacket = PathPacket {
+    pub(crate) const EMPTY: PathPacket = PathPacket {
         slot: [0; LANES],
         throughput: Vec3Lanes::ZERO,
         rng: RngLanes::ZERO,
@@ -136,8 +136,8 @@ impl PathPacket {
 
 /// The rays of a wave and the paths that cast them.
 pub(super) struct Wave {
-    pub rays: HitBatch,
-    pub paths: Paths,
+    pub(crate) rays: HitBatch,
+    pub(crate) paths: Paths,
 }
 
 impl Wave {
@@ -145,7 +145,7 @@ impl Wave {
         Wave { rays: HitBatch::with_capacity(0), paths: Paths::default() }
     }
 
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.rays.clear();
         self.paths.clear();
     }
@@ -154,7 +154,7 @@ impl Wave {
 /// What the shadow rays of one wave would bring, in their order and as these in packets.
 #[derive(Default)]
 pub(super) struct NextEvents {
-    pub packets: Vec<NextEventLanes>,
+    pub(crate) packets: Vec<NextEventLanes>,
     len: usize,
 }
 
@@ -163,22 +163,22 @@ pub(super) struct NextEvents {
 #[repr(align(64))]
 pub(super) struct NextEventLanes {
     /// Place of the path in the batch.
-    pub slot: [u32; LANES],
+    pub(crate) slot: [u32; LANES],
     /// To the pixel.
-    pub contribution: Vec3Lanes,
+    pub(crate) contribution: Vec3Lanes,
     /// To the vertex, and which one it is in its wave.
-    pub local: Vec3Lanes,
-    pub vertex: [u32; LANES],
+    pub(crate) local: Vec3Lanes,
+    pub(crate) vertex: [u32; LANES],
 }
 
 impl NextEvents {
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.len = 0;
     }
 
     /// Adds those of a packet that `packing`, made for this length, has chosen; what vertices learn only where they do.
     #[inline(always)]
-    pub fn pack(&mut self, packing: &Packing, events: &NextEventLanes, learn: bool) {
+    pub(crate) fn pack(&mut self, packing: &Packing, events: &NextEventLanes, learn: bool) {
         let [first, second] = packing.packets(&mut self.packets, || NextEventLanes::EMPTY);
         packing.put(&events.slot, [&mut first.slot, &mut second.slot]);
         events.contribution.pack(packing, [&mut first.contribution, &mut second.contribution]);
@@ -191,13 +191,13 @@ impl NextEvents {
 
     /// Place of the path of shadow ray `i` in the batch.
     #[inline(always)]
-    pub fn slot(&self, i: usize) -> u32 {
+    pub(crate) fn slot(&self, i: usize) -> u32 {
         self.packets[i / LANES].slot[i % LANES]
     }
 }
 
 impl NextEventLanes {
-    pub const EMPTY: NextEventLanes =
+    pub(crate) const EMPTY: NextEventLanes =
         NextEventLanes { slot: [0; LANES], contribution: Vec3Lanes::ZERO, local: Vec3Lanes::ZERO, vertex: [0; LANES] };
 }
 
@@ -220,11 +220,11 @@ pub struct Batch {
     /// By path, 1 over the luminance expected of its pixel, where guided roulette goes by it.
     pub(super) inverse_luminance: Vec<f32>,
     /// Empty: for the next task's transitions, perhaps with room from earlier ones.
-    pub recorder: Recorder,
+    pub(crate) recorder: Recorder,
 }
 
 impl Batch {
-    pub fn new() -> Batch {
+    pub(crate) fn new() -> Batch {
         Batch {
             wave: Wave::new(),
             next: Wave::new(),
@@ -251,11 +251,11 @@ impl Default for Batch {
 /// What a task brings back.
 #[derive(Default)]
 pub struct BatchResult {
-    pub samples: TileSamples,
+    pub(crate) samples: TileSamples,
     /// Per pixel of the tile, Σ x and Σ x² of the luminance x that bounced; empty where there was none, or not asked for.
-    pub bounced: Vec<[f32; 2]>,
-    pub recorder: Option<Recorder>,
-    pub counters: Counters,
+    pub(crate) bounced: Vec<[f32; 2]>,
+    pub(crate) recorder: Option<Recorder>,
+    pub(crate) counters: Counters,
 }
 
 /// Path statistics; they add up.
@@ -264,9 +264,9 @@ pub struct Counters {
     pub paths: u64,
     /// Segments of all paths.
     pub rays: u64,
-    pub shadow_rays: u64,
+    pub(crate) shadow_rays: u64,
     /// Paths that brought no light.
-    pub zero_contribution: u64,
+    pub(crate) zero_contribution: u64,
     /// Vertices where the guide was asked, and where it knew an answer.
     pub guide_queries: u64,
     pub guide_hits: u64,
@@ -278,18 +278,18 @@ pub struct Counters {
     /// NaN or infinite samples; they count as black.
     pub non_finite: u64,
     /// The first of them: pixel and sample.
-    pub first_non_finite: Option<(u32, u32, u32)>,
+    pub(crate) first_non_finite: Option<(u32, u32, u32)>,
     /// Wall time of threads in Embree's queries, packets prepared, and in whole batches: short pieces, for which a
     /// processor clock would be too slow.
-    pub embree_wall: Duration,
-    pub wall: Duration,
+    pub(crate) embree_wall: Duration,
+    pub(crate) wall: Duration,
     /// Processor time of whole batches, and as much of it as it took to make transitions of the paths.
-    pub cpu: CpuTime,
-    pub recording_cpu: CpuTime,
+    pub(crate) cpu: CpuTime,
+    pub(crate) recording_cpu: CpuTime,
 }
 
 impl Counters {
-    pub fn add(&mut self, other: &Counters) {
+    pub(crate) fn add(&mut self, other: &Counters) {
         self.paths += other.paths;
         self.rays += other.rays;
         self.shadow_rays += other.shadow_rays;

@@ -22,7 +22,7 @@ const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// The lobes of a BSDF for which a guide may stand in: those of at least a certain roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GuidedLobes {
+pub(crate) struct GuidedLobes {
     /// The least roughness.
     alpha: f32,
     /// Probability that the BSDF by itself draws from another lobe.
@@ -31,39 +31,39 @@ pub struct GuidedLobes {
 
 impl GuidedLobes {
     /// All lobes, of Lambert's law for example.
-    pub const ALL: GuidedLobes = GuidedLobes { alpha: 0.0, sharp: 0.0 };
+    pub(crate) const ALL: GuidedLobes = GuidedLobes { alpha: 0.0, sharp: 0.0 };
 
     /// Of a BSDF seen from `wo` (shading frame). `product`: directions are drawn from the product of guide and BSDF, which
     /// helps sharper lobes too.
     #[inline]
-    pub fn of(bsdf: &Bsdf, wo: Vec3, product: bool) -> GuidedLobes {
+    pub(crate) fn of(bsdf: &Bsdf, wo: Vec3, product: bool) -> GuidedLobes {
         let alpha = if product { MIN_PRODUCT_ROUGHNESS } else { MIN_GUIDED_ROUGHNESS };
         GuidedLobes { alpha, sharp: bsdf.sharp_probability(wo, alpha) }
     }
 
     /// Probability that the BSDF by itself draws from one of these lobes; 0 where a guide cannot help.
     #[inline(always)]
-    pub fn share(&self) -> f32 {
+    pub(crate) fn share(&self) -> f32 {
         1.0 - self.sharp
     }
 
     /// Probability that the BSDF by itself draws from another lobe.
     #[inline(always)]
-    pub fn sharp(&self) -> f32 {
+    pub(crate) fn sharp(&self) -> f32 {
         self.sharp
     }
 
     /// Value f·|cosθ| of these lobes and their part in the BSDF's density; both directions in the shading frame. `whole` is
     /// what the BSDF itself gives.
     #[inline(always)]
-    pub fn eval_pdf(&self, bsdf: &Bsdf, wo: Vec3, wi: Vec3, whole: (Rgb, f32)) -> (Rgb, f32) {
+    pub(crate) fn eval_pdf(&self, bsdf: &Bsdf, wo: Vec3, wi: Vec3, whole: (Rgb, f32)) -> (Rgb, f32) {
         if self.sharp == 0.0 { whole } else { bsdf.eval_pdf_rough(wo, wi, self.alpha) }
     }
 }
 
 /// How directions are chosen at one vertex.
 #[derive(Clone, Copy)]
-pub struct Mixture<'a> {
+pub(crate) struct Mixture<'a> {
     bsdf: &'a Bsdf<'a>,
     guide: Option<&'a GuidingDistribution<'a>>,
     lobes: GuidedLobes,
@@ -72,29 +72,29 @@ pub struct Mixture<'a> {
 }
 
 /// A direction with which the path goes on.
-pub struct DirectionSample {
+pub(crate) struct DirectionSample {
     /// Unit, in world space.
-    pub wi: Vec3,
+    pub(crate) wi: Vec3,
     /// f·|cosθ|/p, p being the density of the whole mixture.
-    pub weight: Rgb,
+    pub(crate) weight: Rgb,
     /// `None` for a delta lobe.
-    pub pdf: Option<Densities>,
+    pub(crate) pdf: Option<Densities>,
 }
 
 /// Densities of a direction, per steradian.
 #[derive(Clone, Copy, Debug)]
-pub struct Densities {
-    pub mixture: f32,
+pub(crate) struct Densities {
+    pub(crate) mixture: f32,
     /// Of the BSDF's guided lobes by themselves; of all of them where none is guided.
-    pub bsdf: f32,
+    pub(crate) bsdf: f32,
     /// Negative without a guide.
-    pub guide: f32,
+    pub(crate) guide: f32,
 }
 
 impl Densities {
     /// Where the BSDF keeps a share of the directions, and all of its lobes are guided.
     #[inline(always)]
-    pub fn mixed(bsdf_fraction: f32, bsdf: f32, guide: f32) -> Densities {
+    pub(crate) fn mixed(bsdf_fraction: f32, bsdf: f32, guide: f32) -> Densities {
         Densities { mixture: bsdf_fraction * bsdf + (1.0 - bsdf_fraction) * guide, bsdf, guide }
     }
 }
@@ -103,7 +103,7 @@ impl<'a> Mixture<'a> {
     /// `guide` is what the state knows, `bsdf_fraction` the share of the guided lobes' directions that the BSDF keeps where
     /// there is a guide.
     #[inline]
-    pub fn new(
+    pub(crate) fn new(
         bsdf: &'a Bsdf<'a>,
         guide: Option<&'a GuidingDistribution<'a>>,
         bsdf_fraction: f32,
@@ -115,7 +115,7 @@ impl<'a> Mixture<'a> {
 
     /// Whether the BSDF has smooth lobes: else a guide could not help.
     #[inline(always)]
-    pub fn is_smooth(&self) -> bool {
+    pub(crate) fn is_smooth(&self) -> bool {
         self.bsdf.has_smooth()
     }
 
@@ -127,7 +127,7 @@ impl<'a> Mixture<'a> {
 
     /// Value f·|cosθ| of the BSDF's smooth lobes and density of the mixture at `wi` (world space).
     #[inline]
-    pub fn eval_pdf(&self, si: &SurfaceInteraction, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+    pub(crate) fn eval_pdf(&self, si: &SurfaceInteraction, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         if !si.consistent(wi) {
             return (Rgb::ZERO, 0.0);
         }
@@ -156,7 +156,7 @@ impl<'a> Mixture<'a> {
 
     /// Whether the guide is to draw the next direction: the number by which it chooses a cell.
     #[inline(always)]
-    pub fn choose_guide(&self, rng: &mut Rng) -> Option<f64> {
+    pub(crate) fn choose_guide(&self, rng: &mut Rng) -> Option<f64> {
         self.guide?;
         // the same numbers whoever draws, so that a packet draws them side by side
         let (chosen, cell) = (rng.f32(), rng.f64());
@@ -165,14 +165,14 @@ impl<'a> Mixture<'a> {
 
     /// Draws a direction. `wo` is in the shading frame. `None` where the path ends.
     #[inline(always)]
-    pub fn sample(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
+    pub(crate) fn sample(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
         let cell = self.choose_guide(rng);
         self.sample_by(cell, si, wo, rng)
     }
 
     /// Draws a direction from whom [`Self::choose_guide`] has chosen.
     #[inline(always)]
-    pub fn sample_by(
+    pub(crate) fn sample_by(
         &self,
         cell: Option<f64>,
         si: &SurfaceInteraction,
@@ -225,4 +225,4 @@ impl<'a> Mixture<'a> {
 
 #[cfg(test)]
 #[path = "mixture_tests.rs"]
-pub mod tests;
+pub(crate) mod tests;

@@ -101,7 +101,7 @@ fn surface(n: Vec3, wo: Vec3) -> SurfaceInteraction {
 const TABLES: [DirectionTable; 3] = [DirectionTable::Tree, DirectionTable::Hemisphere, DirectionTable::Sphere];
 
 /// A guide that has learnt something uneven about the state of `si`, and what it knows of it.
-pub fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut Rng) -> (Guide, RegionInfo) {
+pub(crate) fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut Rng) -> (Guide, RegionInfo) {
     let method = GuidingMethod::Grid;
     let settings = GuidingSettings { method, table, strata: 4, split_share: 0.03, ..GuidingSettings::default() };
     let mut guide = Guide::new(&settings, (-Vec3::ONE, Vec3::ONE), std::iter::empty()).unwrap();

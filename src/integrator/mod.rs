@@ -1,17 +1,17 @@
 //! How light finds its way: paths, in batches, bounce by bounce.
 
 mod backward_pass;
-pub mod batch;
-pub mod mixture;
-pub mod path;
+pub(crate) mod batch;
+pub(crate) mod mixture;
+pub(crate) mod path;
 pub mod probe;
 mod roulette;
 mod settings;
-pub mod stop;
+pub(crate) mod stop;
 mod vertex_record;
 
 pub use batch::{Batch, BatchResult, Counters, Task};
-pub use path::PathIntegrator;
-pub use roulette::RouletteNormalisation;
+pub(crate) use path::PathIntegrator;
+pub(crate) use roulette::RouletteNormalisation;
 pub use settings::{IntegratorSettings, Roulette};
 pub use stop::Stop;

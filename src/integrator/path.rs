@@ -26,37 +26,37 @@ use std::time::Duration;
 
 /// Everything a batch reads and nothing it writes.
 #[derive(Clone, Copy)]
-pub struct PathIntegrator<'a> {
-    pub scene: &'a Scene,
-    pub settings: &'a IntegratorSettings,
-    pub guide: Option<GuideUse<'a>>,
-    pub seed: u64,
+pub(crate) struct PathIntegrator<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) settings: &'a IntegratorSettings,
+    pub(crate) guide: Option<GuideUse<'a>>,
+    pub(crate) seed: u64,
     /// Also average what the camera sees first.
-    pub features: bool,
+    pub(crate) features: bool,
     /// Also tell the light that bounced from what came directly.
-    pub bounced: bool,
+    pub(crate) bounced: bool,
 }
 
 /// How the guide takes part.
 #[derive(Clone, Copy)]
-pub struct GuideUse<'a> {
-    pub field: Field<'a>,
-    pub settings: &'a GuidingSettings,
+pub(crate) struct GuideUse<'a> {
+    pub(crate) field: Field<'a>,
+    pub(crate) settings: &'a GuidingSettings,
     /// Whether transitions are recorded.
-    pub learn: bool,
+    pub(crate) learn: bool,
     /// What guided roulette goes by; `None` while too little is known of the picture.
-    pub efficiency: Option<&'a RouletteNormalisation>,
+    pub(crate) efficiency: Option<&'a RouletteNormalisation>,
 }
 
 impl PathIntegrator<'_> {
     /// Renders one task.
-    pub fn render(&self, task: &Task, batch: &mut Batch) -> BatchResult {
+    pub(crate) fn render(&self, task: &Task, batch: &mut Batch) -> BatchResult {
         self.render_probed(task, batch, &mut (), &Stop::new()).expect("a task that nobody stops is finished")
     }
 
     /// As [`Self::render`], watched; `None` where `stop` gave it up before its end. What its paths had brought until
     /// then is lost: those that are over are the shorter ones, and they alone would bias the picture.
-    pub fn render_probed<P: Probe>(
+    pub(crate) fn render_probed<P: Probe>(
         &self,
         task: &Task,
         batch: &mut Batch,
@@ -89,17 +89,17 @@ impl PathIntegrator<'_> {
 
 /// A ray that does not come from the camera.
 #[derive(Clone, Copy, Debug)]
-pub struct Start {
-    pub ray: Ray,
+pub(crate) struct Start {
+    pub(crate) ray: Ray,
     /// Density of its direction per steradian, against which emission that it meets is weighed; `None`: weight 1.
-    pub pdf: Option<f32>,
-    pub rng: Rng,
+    pub(crate) pdf: Option<f32>,
+    pub(crate) rng: Rng,
 }
 
 impl PathIntegrator<'_> {
     /// One sample of the radiance that arrives along each ray, as the second segment of a path would bring it. The
     /// guide is not to learn from it.
-    pub fn radiance(&self, starts: &[Start], batch: &mut Batch) -> Vec<Rgb> {
+    pub(crate) fn radiance(&self, starts: &[Start], batch: &mut Batch) -> Vec<Rgb> {
         let tile = Tile { x: 0, y: 0, width: starts.len() as u32, height: 1 };
         let task = Task { tile, first_sample: 0, samples: 1 };
         batch.wave.clear();

@@ -8,7 +8,7 @@ use crate::embree::{Coherence, HitBatch, Scene, ShadowBatch};
 
 /// What a batch is busy with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
+pub(crate) enum Stage {
     /// Camera rays.
     Generate,
     /// Closest hits and shadow rays, by Embree.
@@ -27,21 +27,21 @@ pub enum Stage {
 }
 
 impl Stage {
-    pub const ALL: [Stage; 7] =
+    pub(crate) const ALL: [Stage; 7] =
         [Stage::Generate, Stage::Intersect, Stage::Shade, Stage::NextEvent, Stage::Guide, Stage::Record, Stage::Film];
 }
 
 /// Rays of a wave and the paths they belong to.
-pub struct Cast<'a, Rays> {
-    pub rays: &'a mut Rays,
+pub(crate) struct Cast<'a, Rays> {
+    pub(crate) rays: &'a mut Rays,
     /// Place of each ray's path in its batch.
-    pub slots: &'a dyn Fn(usize) -> u32,
+    pub(crate) slots: &'a dyn Fn(usize) -> u32,
     /// Segments from the camera, from 1: of the rays, or up to the vertex that shadow rays leave.
-    pub depth: usize,
+    pub(crate) depth: usize,
 }
 
 /// Watches one batch. Everything has a body that watches nothing.
-pub trait Probe {
+pub(crate) trait Probe {
     /// Finds the closest hits of a wave.
     #[inline(always)]
     fn trace(&mut self, cast: Cast<HitBatch>, scene: &Scene, coherence: Coherence) {

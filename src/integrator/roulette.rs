@@ -4,18 +4,18 @@ use crate::guiding::RegionInfo;
 use crate::simd::pick;
 
 /// Survival of roulette at most, so that no path between mirrors runs for ever.
-pub const MAX_SURVIVAL: f32 = 0.95;
+pub(crate) const MAX_SURVIVAL: f32 = 0.95;
 
 /// Paths go on with at least this expectation: light that the guide has not found yet must be able to come.
 const MIN_SURVIVAL: f32 = 0.2;
 
 /// What guided roulette weighs a path against, frozen for an iteration.
 #[derive(Clone, Debug)]
-pub struct RouletteNormalisation {
+pub(crate) struct RouletteNormalisation {
     /// Per pixel, 1 over the luminance that is expected there.
-    pub inverse_luminance: Vec<f32>,
+    pub(crate) inverse_luminance: Vec<f32>,
     /// √(C/V): C rays a camera path takes on average, V the average variance of its light, relative to the pixel.
-    pub scale: f32,
+    pub(crate) scale: f32,
 }
 
 impl RouletteNormalisation {
@@ -26,7 +26,7 @@ impl RouletteNormalisation {
     /// `reflected` is the luminance of throughput times albedo, `inverse_luminance` that of the pixel. Without a jump, so
     /// that a loop over many runs in vectors.
     #[inline(always)]
-    pub fn paths(&self, moments: Moments, reflected: f32, inverse_luminance: f32, max_split: f32) -> f32 {
+    pub(crate) fn paths(&self, moments: Moments, reflected: f32, inverse_luminance: f32, max_split: f32) -> f32 {
         let Moments { square, mean, rays } = moments;
         let importance = reflected * inverse_luminance * self.scale;
         let factor = |moment: f32| importance * (moment / rays.max(1.0)).max(0.0).sqrt();
@@ -37,15 +37,15 @@ impl RouletteNormalisation {
 
 /// What a state knows of the one-sample estimate of irradiance/π: its second moment, its mean, and the rays it takes.
 #[derive(Clone, Copy, Debug)]
-pub struct Moments {
-    pub square: f32,
-    pub mean: f32,
-    pub rays: f32,
+pub(crate) struct Moments {
+    pub(crate) square: f32,
+    pub(crate) mean: f32,
+    pub(crate) rays: f32,
 }
 
 impl Moments {
     #[inline(always)]
-    pub fn of(&RegionInfo { square, mean, rays, .. }: &RegionInfo) -> Moments {
+    pub(crate) fn of(&RegionInfo { square, mean, rays, .. }: &RegionInfo) -> Moments {
         Moments { square, mean, rays }
     }
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 /// How long the pass under way may still take after [`Stop::ask`]. A pass that is over by then leaves all pixels with equally
 /// many samples; a longer one is cut, so that nobody waits for it.
-pub const GRACE: Duration = Duration::from_secs(1);
+pub(crate) const GRACE: Duration = Duration::from_secs(1);
 
 /// A wish to end a render, which any thread may state while the render runs: once, or a second time with more force.
 ///
@@ -37,24 +37,24 @@ impl Stop {
     }
 
     /// Whether the render is to end.
-    pub fn is_asked(&self) -> bool {
+    pub(crate) fn is_asked(&self) -> bool {
         self.asked.get().is_some()
     }
 
     /// Whether it is to end at once.
     #[inline]
-    pub fn is_urgent(&self) -> bool {
+    pub(crate) fn is_urgent(&self) -> bool {
         self.urgent.load(Ordering::Relaxed)
     }
 
     /// Whether tasks under way are to be given up.
     #[inline]
-    pub fn gives_up_tasks(&self) -> bool {
+    pub(crate) fn gives_up_tasks(&self) -> bool {
         self.is_urgent() || self.asked.get().is_some_and(|asked| asked.elapsed() >= 2 * GRACE)
     }
 
     /// Whether no further task is to begin.
-    pub fn is_due(&self) -> bool {
+    pub(crate) fn is_due(&self) -> bool {
         self.is_urgent() || self.asked.get().is_some_and(|asked| asked.elapsed() >= GRACE)
     }
 }

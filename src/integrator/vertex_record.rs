@@ -7,52 +7,52 @@ use crate::simd::{LANES, Lanes, Packing, Vec3Lanes};
 
 /// How a path came to a vertex: the direction in which it left the last one, where something can be learnt there.
 #[derive(Clone, Copy, Debug)]
-pub struct PathSegment {
-    pub key: RegionId,
-    pub wi: PackedDirection,
+pub(crate) struct PathSegment {
+    pub(crate) key: RegionId,
+    pub(crate) wi: PackedDirection,
     /// Shading normal of the last vertex on the side of the path.
-    pub normal: PackedDirection,
+    pub(crate) normal: PackedDirection,
     /// Densities of `wi`: of the mixture, of the BSDF's guided lobes alone, of the guide alone (negative where it knew
     /// nothing).
-    pub pdf: f32,
-    pub bsdf_pdf: f32,
-    pub guide_pdf: f32,
+    pub(crate) pdf: f32,
+    pub(crate) bsdf_pdf: f32,
+    pub(crate) guide_pdf: f32,
     /// Luminance of f·|cosθ| over that of the albedo, of the guided lobes; 0 where there are none.
-    pub scattered: f32,
+    pub(crate) scattered: f32,
 }
 
 /// The way from one vertex to the next.
 #[derive(Clone, Copy, Debug)]
-pub struct VertexRecord {
+pub(crate) struct VertexRecord {
     /// The last vertex, by its place in its wave.
-    pub parent: u32,
+    pub(crate) parent: u32,
     /// f·|cosθ|/p of the direction, roulette and splitting included; without the diffuse lobes where the last vertex has
     /// others beside them, and expects what its table says of these.
-    pub weight: Rgb,
-    pub edge: Option<PathSegment>,
+    pub(crate) weight: Rgb,
+    pub(crate) edge: Option<PathSegment>,
 }
 
 /// The same for a packet, side by side.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub struct VertexRecordLanes {
-    pub parent: [u32; LANES],
+pub(crate) struct VertexRecordLanes {
+    pub(crate) parent: [u32; LANES],
     /// 1 where something is to be learnt of the edge.
-    pub teaches: [u32; LANES],
-    pub weight: Vec3Lanes,
-    pub key: [u64; LANES],
+    pub(crate) teaches: [u32; LANES],
+    pub(crate) weight: Vec3Lanes,
+    pub(crate) key: [u64; LANES],
     /// As [`PackedDirection::bits`].
-    pub wi: [u32; LANES],
-    pub normal: [u32; LANES],
-    pub pdf: Lanes,
-    pub bsdf_pdf: Lanes,
-    pub guide_pdf: Lanes,
-    pub scattered: Lanes,
+    pub(crate) wi: [u32; LANES],
+    pub(crate) normal: [u32; LANES],
+    pub(crate) pdf: Lanes,
+    pub(crate) bsdf_pdf: Lanes,
+    pub(crate) guide_pdf: Lanes,
+    pub(crate) scattered: Lanes,
 }
 
 impl VertexRecordLanes {
     /// From nowhere, with nothing to learn: paths begin so.
-    pub const NONE: VertexRecordLanes = VertexRecordLanes {
+    pub(crate) const NONE: VertexRecordLanes = VertexRecordLanes {
         parent: [u32::MAX; LANES],
         teaches: [0; LANES],
         weight: Vec3Lanes::ZERO,
@@ -106,28 +106,28 @@ impl VertexRecordLanes {
 
 /// The arrivals of a wave, in the order of its rays.
 #[derive(Debug, Default)]
-pub struct VertexRecords {
+pub(crate) struct VertexRecords {
     packets: Vec<VertexRecordLanes>,
     len: usize,
 }
 
 impl VertexRecords {
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.len = 0;
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.len
     }
 
     /// So many from nowhere.
-    pub fn begin(&mut self, len: usize) {
+    pub(crate) fn begin(&mut self, len: usize) {
         self.packets.clear();
         self.packets.resize(len.div_ceil(LANES), VertexRecordLanes::NONE);
         self.len = len;
     }
 
-    pub fn push(&mut self, arrival: &VertexRecord) {
+    pub(crate) fn push(&mut self, arrival: &VertexRecord) {
         let packet = self.len / LANES;
         if packet == self.packets.len() {
             self.packets.push(VertexRecordLanes::NONE);
@@ -138,13 +138,13 @@ impl VertexRecords {
 
     /// Adds those of a packet that `packing`, made for this length, has chosen.
     #[inline(always)]
-    pub fn pack(&mut self, packing: &Packing, arrivals: &VertexRecordLanes) {
+    pub(crate) fn pack(&mut self, packing: &Packing, arrivals: &VertexRecordLanes) {
         arrivals.pack(packing, packing.packets(&mut self.packets, || VertexRecordLanes::NONE));
         self.len += packing.count();
     }
 
     #[inline(always)]
-    pub fn get(&self, i: usize) -> VertexRecord {
+    pub(crate) fn get(&self, i: usize) -> VertexRecord {
         debug_assert!(i < self.len);
         let (packet, k) = (&self.packets[i / LANES], i % LANES);
         VertexRecord { parent: packet.parent[k], weight: packet.weight.get(k), edge: packet.edge(k) }

@@ -16,7 +16,7 @@ use tempfile::NamedTempFile;
 ///
 /// # Errors
 /// [`Error::Io`] about `path`: no such folder, no permission, full disk, or what `write` returned.
-pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+pub(crate) fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     write_or_undo(path, write).map_err(Error::io(path))
 }
 
@@ -24,7 +24,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
 ///
 /// # Errors
 /// What keeps a file from being made.
-pub fn try_folder(folder: &Path) -> io::Result<()> {
+pub(crate) fn try_folder(folder: &Path) -> io::Result<()> {
     temporary::create(folder).map(drop)
 }
 

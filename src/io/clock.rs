@@ -12,44 +12,44 @@ use std::time::{Duration, Instant};
 
 /// Measures wall time: it goes on while threads sleep, wait, or have lost the processor to other programs.
 #[derive(Clone, Copy, Debug)]
-pub struct WallClock(Instant);
+pub(crate) struct WallClock(Instant);
 
 impl WallClock {
-    pub fn start() -> WallClock {
+    pub(crate) fn start() -> WallClock {
         WallClock(Instant::now())
     }
 
-    pub fn elapsed(self) -> Duration {
+    pub(crate) fn elapsed(self) -> Duration {
         self.0.elapsed()
     }
 
     /// The moment that is `seconds` after the start; `None` where no clock reaches it.
-    pub fn moment(self, seconds: f64) -> Option<Instant> {
+    pub(crate) fn moment(self, seconds: f64) -> Option<Instant> {
         Duration::try_from_secs_f64(seconds).ok().and_then(|duration| self.0.checked_add(duration))
     }
 
     /// A clock that was started so long ago.
     #[cfg(test)]
-    pub fn started(ago: Duration) -> WallClock {
+    pub(crate) fn started(ago: Duration) -> WallClock {
         WallClock(Instant::now() - ago)
     }
 }
 
 /// Processor time, user and system: the sum over the threads that it was measured for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
-pub struct CpuTime(Duration);
+pub(crate) struct CpuTime(Duration);
 
 impl CpuTime {
-    pub fn seconds(self) -> f64 {
+    pub(crate) fn seconds(self) -> f64 {
         self.0.as_secs_f64()
     }
 
-    pub fn from_seconds(seconds: f64) -> CpuTime {
+    pub(crate) fn from_seconds(seconds: f64) -> CpuTime {
         CpuTime(Duration::from_secs_f64(seconds))
     }
 
     /// The difference, or zero where `part` is more than all.
-    pub fn without(self, part: CpuTime) -> CpuTime {
+    pub(crate) fn without(self, part: CpuTime) -> CpuTime {
         CpuTime(self.0.saturating_sub(part.0))
     }
 }
@@ -76,7 +76,7 @@ impl Sum for CpuTime {
 
 /// Measures processor time. It is read by the thread that started it, and cannot be sent to another.
 #[derive(Clone, Copy, Debug)]
-pub struct CpuClock {
+pub(crate) struct CpuClock {
     id: ClockId,
     start: Duration,
     stays_here: PhantomData<*const ()>,
@@ -84,12 +84,12 @@ pub struct CpuClock {
 
 impl CpuClock {
     /// Of the calling thread alone (`CLOCK_THREAD_CPUTIME_ID`).
-    pub fn thread() -> CpuClock {
+    pub(crate) fn thread() -> CpuClock {
         CpuClock::of(ClockId::ThreadCPUTime)
     }
 
     /// Of all threads of the process (`CLOCK_PROCESS_CPUTIME_ID`).
-    pub fn process() -> CpuClock {
+    pub(crate) fn process() -> CpuClock {
         CpuClock::of(ClockId::ProcessCPUTime)
     }
 
@@ -97,7 +97,7 @@ impl CpuClock {
         CpuClock { id, start: now(id), stays_here: PhantomData }
     }
 
-    pub fn elapsed(self) -> CpuTime {
+    pub(crate) fn elapsed(self) -> CpuTime {
         CpuTime(now(self.id).saturating_sub(self.start))
     }
 }

@@ -8,17 +8,17 @@ use std::io::Read;
 use std::path::Path;
 
 /// Text that people write, scenes and plans and materials, is no longer than this.
-pub const LONGEST_TEXT: u64 = 256 << 20;
+pub(crate) const LONGEST_TEXT: u64 = 256 << 20;
 
 /// Requests up to this are not worth asking the system about.
 const SMALL: u64 = 16 << 20;
 
 /// More memory than there is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shortage {
-    pub needed: u64,
+pub(crate) struct Shortage {
+    pub(crate) needed: u64,
     /// `None` where the system does not say, but refuses.
-    pub free: Option<u64>,
+    pub(crate) free: Option<u64>,
 }
 
 impl fmt::Display for Shortage {
@@ -36,7 +36,7 @@ impl fmt::Display for Shortage {
 ///
 /// # Errors
 /// Where that is more than [`free`], or than the allocator gives in one piece.
-pub fn check(bytes: u64) -> Result<(), Shortage> {
+pub(crate) fn check(bytes: u64) -> Result<(), Shortage> {
     if bytes <= SMALL {
         return Ok(());
     }
@@ -53,7 +53,7 @@ pub fn check(bytes: u64) -> Result<(), Shortage> {
 ///
 /// # Errors
 /// Those of reading; a longer file, and one that does not fit into memory, before it is read.
-pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
+pub(crate) fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
     let file = File::open(path).map_err(Error::io(path))?;
     let length = file.metadata().map_err(Error::io(path))?.len();
     let too_long = || Error::file(path, format!("the file is longer than {}", text(most)));
@@ -70,7 +70,7 @@ pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// Bytes that this process can still take without swapping: the least of what the machine has left (`MemAvailable`), what
 /// the control groups of the process leave (versions 1 and 2), and its own limit of address space. `None` on systems
 /// other than Linux.
-pub fn free() -> Option<u64> {
+pub(crate) fn free() -> Option<u64> {
     let machine = read("/proc/meminfo").and_then(|text| kibibytes(&text, "MemAvailable:"));
     [machine, groups(), address_space()].into_iter().flatten().min()
 }
@@ -127,7 +127,7 @@ fn read(path: impl AsRef<Path>) -> Option<String> {
 }
 
 /// For people: three digits and a unit.
-pub fn text(bytes: u64) -> String {
+pub(crate) fn text(bytes: u64) -> String {
     let units = ["B", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"];
     let step = (bytes.max(1).ilog2() / 10) as usize;
     let value = bytes as f64 / 1024f64.powi(step as i32);

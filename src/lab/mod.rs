@@ -4,5 +4,5 @@
 pub mod bench;
 pub mod compare;
 pub mod convergence;
-pub mod generate;
+pub(crate) mod generate;
 pub mod paper;

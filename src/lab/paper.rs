@@ -9,18 +9,18 @@ use crate::scene::description::SceneDescription;
 
 /// What a picture shows, and how it is cut in two for error figures.
 pub struct View {
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// One of [`crate::lab::generate::scenes`].
     pub scene: &'static str,
     /// Pixels at scale 1.
-    pub size: [u32; 2],
+    pub(crate) size: [u32; 2],
     /// Overrides of the scene's camera and exposure.
-    pub camera: &'static [&'static str],
-    pub parts: [&'static str; 2],
+    pub(crate) camera: &'static [&'static str],
+    pub(crate) parts: [&'static str; 2],
     /// Whether a place in [0, 1]², from the upper left corner, lies in the first part.
-    pub in_first: fn(f64, f64) -> bool,
+    pub(crate) in_first: fn(f64, f64) -> bool,
     /// Samples per pixel; `None`: as the command says.
-    pub spp: Option<u32>,
+    pub(crate) spp: Option<u32>,
 }
 
 /// §5.1. Blocks are rendered from the centre outwards, so that it is rendered with the least learnt.
@@ -59,12 +59,12 @@ static LEAF: View = View {
 /// A picture of the paper, or one that a sentence of it speaks of.
 pub struct Preset {
     pub name: &'static str,
-    pub about: &'static str,
+    pub(crate) about: &'static str,
     pub view: &'static View,
     /// Degrees by which the whole scene is turned about +y.
-    pub turn: f32,
+    pub(crate) turn: f32,
     /// Where Q is drawn beside what is traced, in [0, 1]² from the upper left corner of the picture.
-    pub shown: Option<[f64; 2]>,
+    pub(crate) shown: Option<[f64; 2]>,
     settings: &'static [&'static [&'static str]],
 }
 
@@ -165,13 +165,13 @@ impl Preset {
     }
 
     /// Name of the figure's first preset.
-    pub fn compared_with(&self) -> &'static str {
+    pub(crate) fn compared_with(&self) -> &'static str {
         let first = PRESETS.iter().find(|other| std::ptr::eq(other.view, self.view));
         first.expect("it is itself one of them").name
     }
 
     /// Turns meshes and camera, where the preset asks for it.
-    pub fn place(&self, scene: &mut SceneDescription) {
+    pub(crate) fn place(&self, scene: &mut SceneDescription) {
         let turn = Affine3A::from_rotation_y(self.turn.to_radians());
         scene.meshes.iter_mut().for_each(|mesh| mesh.transform = turn * mesh.transform);
         if let Some(camera) = &mut scene.camera {

@@ -26,7 +26,7 @@ pub(crate) use opacity::EmitterOpacity;
 pub(crate) use samples::LightSamples;
 pub(crate) use source::Findings;
 pub(crate) use triangle::EmissiveTriangle;
-pub use unit::LightUnit;
+pub(crate) use unit::LightUnit;
 
 use crate::fields::{FieldVisitor, Fields};
 use crate::geometry::Ray;

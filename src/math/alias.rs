@@ -17,7 +17,7 @@ struct Bin {
 }
 
 impl AliasTable {
-    pub const BYTES_PER_BIN: u64 = (size_of::<Bin>() + size_of::<f32>()) as u64;
+    pub(crate) const BYTES_PER_BIN: u64 = (size_of::<Bin>() + size_of::<f32>()) as u64;
 
     /// `None` where no weight is positive. Weights must be finite and not negative.
     pub fn new(weights: &[f64]) -> Option<AliasTable> {
@@ -67,7 +67,7 @@ impl AliasTable {
     /// [`Self::sample`] with a number of more bits: 24 of them give an index rarer than 2⁻²⁴ a wrong share or none,
     /// and leave a coarse rest in a long table. The rest may choose from a further table.
     #[inline]
-    pub fn sample_wide(&self, u: f64) -> (usize, f64) {
+    pub(crate) fn sample_wide(&self, u: f64) -> (usize, f64) {
         let scaled = u * self.bins.len() as f64;
         let i = (scaled as usize).min(self.bins.len() - 1);
         let rest = (scaled - i as f64).clamp(0.0, super::ONE_MINUS_EPSILON_F64);
@@ -78,7 +78,7 @@ impl AliasTable {
 
     /// The indices of [`Self::sample_wide`] for a packet; without jumps, each of which would be a guess.
     #[inline(always)]
-    pub fn sample_lanes(&self, u: &[f64; LANES]) -> [u32; LANES] {
+    pub(crate) fn sample_lanes(&self, u: &[f64; LANES]) -> [u32; LANES] {
         let (bins, last) = (self.bins.len() as f64, (self.bins.len() - 1) as u32);
         let (mut bin, mut rest) = ([0; LANES], [0.0; LANES]);
         for k in 0..LANES {
@@ -99,13 +99,13 @@ impl AliasTable {
 
     /// Probability of index `i`.
     #[inline]
-    pub fn pmf(&self, i: usize) -> f32 {
+    pub(crate) fn pmf(&self, i: usize) -> f32 {
         self.pmf[i]
     }
 
     /// Number of indices.
     #[allow(clippy::len_without_is_empty, reason = "a table is never empty")]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.bins.len()
     }
 }

@@ -19,15 +19,15 @@ pub fn luminance(c: Rgb) -> f32 {
 }
 
 /// Whether a number can be a sum of light or of visits: finite and not negative.
-pub fn is_amount(x: f64) -> bool {
+pub(crate) fn is_amount(x: f64) -> bool {
     x >= 0.0 && x.is_finite()
 }
 
 /// The largest `f32` below 1: random numbers stay in [0, 1).
-pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
+pub(crate) const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// The largest `f64` below 1.
-pub const ONE_MINUS_EPSILON_F64: f64 = 1.0 - f64::EPSILON / 2.0;
+pub(crate) const ONE_MINUS_EPSILON_F64: f64 = 1.0 - f64::EPSILON / 2.0;
 
 #[cfg(test)]
 mod tests;

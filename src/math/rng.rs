@@ -13,13 +13,13 @@ const INCREMENT: u64 = 1_442_695_040_888_963_407;
 impl Rng {
     /// The generator of one path: the same `(seed, pixel, sample)` gives the same numbers on any thread.
     #[inline]
-    pub fn for_path(seed: u64, pixel: u32, sample: u32) -> Rng {
+    pub(crate) fn for_path(seed: u64, pixel: u32, sample: u32) -> Rng {
         Rng(mix(mix(seed) ^ mix(((pixel as u64) << 32) | sample as u64)))
     }
 
     /// A generator for a further branch of the path, where it splits, counted from 1.
     #[inline]
-    pub fn branch(&mut self, branch: u32) -> Rng {
+    pub(crate) fn branch(&mut self, branch: u32) -> Rng {
         Rng::of_branch(self.next_u32(), branch)
     }
 
@@ -65,31 +65,31 @@ impl Rng {
 /// Generators of a packet's paths, side by side: each gives the numbers that [`Rng`] by itself gives.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub struct RngLanes([u64; LANES]);
+pub(crate) struct RngLanes([u64; LANES]);
 
 impl RngLanes {
-    pub const ZERO: RngLanes = RngLanes([0; LANES]);
+    pub(crate) const ZERO: RngLanes = RngLanes([0; LANES]);
 
     #[inline(always)]
-    pub fn get(&self, lane: usize) -> Rng {
+    pub(crate) fn get(&self, lane: usize) -> Rng {
         Rng(self.0[lane])
     }
 
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, rng: Rng) {
+    pub(crate) fn set(&mut self, lane: usize, rng: Rng) {
         self.0[lane] = rng.0;
     }
 
     /// Puts the generators that were chosen behind those which are there; see [`Packing::put`].
     #[inline(always)]
-    pub fn pack(&self, packing: &Packing, [first, second]: [&mut RngLanes; 2]) {
+    pub(crate) fn pack(&self, packing: &Packing, [first, second]: [&mut RngLanes; 2]) {
         packing.put(&self.0, [&mut first.0, &mut second.0]);
     }
 
     /// `N` times 32 uniform bits for each that draws; the others stay as they are, and get any. Every state follows from the
     /// first, so that none waits for the one before.
     #[inline(always)]
-    pub fn bits<const N: usize>(&mut self, draws: Mask) -> [[u32; LANES]; N] {
+    pub(crate) fn bits<const N: usize>(&mut self, draws: Mask) -> [[u32; LANES]; N] {
         let (mut bits, draws) = ([[0; LANES]; N], draws.lanes());
         for n in 0..N {
             let (multiplier, increment) = const { leaps::<N>() }[n];
@@ -107,7 +107,7 @@ impl RngLanes {
 
     /// Generators for a further branch of each path that draws, which know nothing of those before: [`Rng::branch`].
     #[inline(always)]
-    pub fn branch(&mut self, draws: Mask, branch: u32) -> RngLanes {
+    pub(crate) fn branch(&mut self, draws: Mask, branch: u32) -> RngLanes {
         let ([bits], mut branches) = (self.bits(draws), RngLanes::ZERO);
         for k in 0..LANES {
             branches.set(k, Rng::of_branch(bits[k], branch));
@@ -117,28 +117,28 @@ impl RngLanes {
 
     /// As [`Rng::f32`] for each that draws.
     #[inline(always)]
-    pub fn f32(&mut self, draws: Mask) -> Lanes {
+    pub(crate) fn f32(&mut self, draws: Mask) -> Lanes {
         let [bits] = self.bits(draws);
         unit_f32_lanes(&bits)
     }
 
     /// As [`Rng::f32x2`] for each that draws.
     #[inline(always)]
-    pub fn f32x2(&mut self, draws: Mask) -> [Lanes; 2] {
+    pub(crate) fn f32x2(&mut self, draws: Mask) -> [Lanes; 2] {
         let [a, b] = self.bits(draws);
         [unit_f32_lanes(&a), unit_f32_lanes(&b)]
     }
 
     /// As [`Rng::f32`] and then [`Rng::f64`] for each that draws.
     #[inline(always)]
-    pub fn f32_f64(&mut self, draws: Mask) -> (Lanes, [f64; LANES]) {
+    pub(crate) fn f32_f64(&mut self, draws: Mask) -> (Lanes, [f64; LANES]) {
         let [a, high, low] = self.bits(draws);
         (unit_f32_lanes(&a), unit_f64_lanes(&high, &low))
     }
 
     /// As [`Rng::f64`] and then [`Rng::f32x2`] for each that draws.
     #[inline(always)]
-    pub fn f64_f32x2(&mut self, draws: Mask) -> ([f64; LANES], [Lanes; 2]) {
+    pub(crate) fn f64_f32x2(&mut self, draws: Mask) -> ([f64; LANES], [Lanes; 2]) {
         let [high, low, a, b] = self.bits(draws);
         (unit_f64_lanes(&high, &low), [unit_f32_lanes(&a), unit_f32_lanes(&b)])
     }
@@ -202,7 +202,7 @@ fn unit_f64(high: u32, low: u32) -> f64 {
 
 /// A bijective 64-bit hash (the finaliser of SplitMix64, Steele et al. 2014).
 #[inline]
-pub fn mix(mut x: u64) -> u64 {
+pub(crate) fn mix(mut x: u64) -> u64 {
     x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -31,7 +31,7 @@ fn sin_cos_eighth(x: f32) -> (f32, f32) {
 
 /// The point of the unit square that [`square_to_disk`] sends to `p`; every component in [0, 1).
 #[inline(always)]
-pub fn disk_to_square(p: Vec2) -> [f32; 2] {
+pub(crate) fn disk_to_square(p: Vec2) -> [f32; 2] {
     let r = p.length();
     let (ax, ay) = (p.x.abs(), p.y.abs());
     // choices and no jumps, as above
@@ -48,7 +48,7 @@ pub fn disk_to_square(p: Vec2) -> [f32; 2] {
 
 /// atan on [0, 1] to 2·10⁻⁷ in single precision (Abramowitz & Stegun 1964, eq. 4.4.49): the table look-ups need no more.
 #[inline(always)]
-pub fn atan_unit(t: f32) -> f32 {
+pub(crate) fn atan_unit(t: f32) -> f32 {
     let s = t * t;
     let p = 0.002_866_225_7;
     let p = p * s - 0.016_165_737;
@@ -70,7 +70,7 @@ pub fn square_to_cosine_hemisphere(u: [f32; 2]) -> Vec3 {
 
 /// Density of [`square_to_cosine_hemisphere`]: cosθ/π above the horizon, else 0.
 #[inline]
-pub fn square_to_cosine_hemisphere_pdf(w: Vec3) -> f32 {
+pub(crate) fn square_to_cosine_hemisphere_pdf(w: Vec3) -> f32 {
     w.z.max(0.0) * FRAC_1_PI
 }
 
@@ -86,7 +86,7 @@ pub fn square_to_uniform_hemisphere(u: [f32; 2]) -> Vec3 {
 
 /// Density of [`square_to_uniform_hemisphere`]: 1/2π above the horizon, else 0.
 #[inline]
-pub fn square_to_uniform_hemisphere_pdf(w: Vec3) -> f32 {
+pub(crate) fn square_to_uniform_hemisphere_pdf(w: Vec3) -> f32 {
     if w.z >= 0.0 { 0.5 * FRAC_1_PI } else { 0.0 }
 }
 
@@ -115,4 +115,4 @@ pub fn square_to_uniform_sphere(u: [f32; 2]) -> Vec3 {
 }
 
 /// Density of [`square_to_uniform_sphere`]: 1/4π.
-pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
+pub(crate) const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;

@@ -12,7 +12,7 @@ mod state;
 mod tracer;
 mod workers;
 
-pub use policy::{Reason, Trial, Verdict};
+pub(crate) use policy::{Trial, Verdict};
 pub use settings::{Order, RenderSettings};
 
 use crate::film::accumulate::Estimate;

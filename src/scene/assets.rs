@@ -18,21 +18,21 @@ use std::path::Path;
 #[derive(Default)]
 pub(crate) struct LoadedAssets {
     /// In the description's order and in place.
-    pub meshes: Vec<Mesh>,
+    pub(crate) meshes: Vec<Mesh>,
     /// Of each mesh, as its file has it.
-    pub hashes: Vec<u64>,
+    pub(crate) hashes: Vec<u64>,
     /// What the meshes' material numbers mean.
-    pub materials: Vec<MaterialDescription>,
+    pub(crate) materials: Vec<MaterialDescription>,
     /// Of the materials.
-    pub names: Vec<String>,
+    pub(crate) names: Vec<String>,
     /// Index in `materials` by library and name: two models may use one name for two things.
     ids: FxHashMap<(Option<usize>, String), u32>,
-    pub warnings: Vec<String>,
+    pub(crate) warnings: Vec<String>,
 }
 
 impl LoadedAssets {
     /// Reads all models that the description names.
-    pub fn of(description: &SceneDescription) -> Result<LoadedAssets> {
+    pub(crate) fn of(description: &SceneDescription) -> Result<LoadedAssets> {
         let mut gathered = LoadedAssets::default();
         for (k, mesh) in description.meshes.iter().enumerate() {
             gathered.add_mesh(k, mesh, description)?;

@@ -14,16 +14,16 @@ use std::sync::Arc;
 
 /// What acceleration structures are made with.
 pub(super) struct Build<'a> {
-    pub device: Arc<Device>,
-    pub robust: bool,
-    pub materials: &'a Arc<Vec<Material>>,
-    pub textures: &'a Arc<Vec<Texture>>,
+    pub(crate) device: Arc<Device>,
+    pub(crate) robust: bool,
+    pub(crate) materials: &'a Arc<Vec<Material>>,
+    pub(crate) textures: &'a Arc<Vec<Texture>>,
 }
 
 impl Build<'_> {
     /// The scene's own meshes, its instances, and the structure over both: first the meshes, then the instances.
     /// `meshes` are those of the description, in its order.
-    pub fn world(
+    pub(crate) fn world(
         &self,
         description: &SceneDescription,
         meshes: Vec<Mesh>,

@@ -22,7 +22,7 @@ pub struct Camera {
 impl Camera {
     /// # Errors
     /// Where the view direction or the up vector is degenerate.
-    pub fn new(c: &CameraDescription, width: u32, height: u32, filter: Filter) -> Result<Camera> {
+    pub(crate) fn new(c: &CameraDescription, width: u32, height: u32, filter: Filter) -> Result<Camera> {
         let degenerate = || Error::Scene("the camera's origin, target and up do not span a view".into());
         let forward = (c.target - c.origin).try_normalize().ok_or_else(degenerate)?;
         let right = forward.cross(c.up).try_normalize().ok_or_else(degenerate)?;
@@ -42,7 +42,7 @@ impl Camera {
     }
 
     /// A camera that sees the whole box, from a little above.
-    pub fn for_bounds(low: Vec3, high: Vec3) -> CameraDescription {
+    pub(crate) fn for_bounds(low: Vec3, high: Vec3) -> CameraDescription {
         let (centre, radius) = ((low + high) * 0.5, (high - low).length() * 0.5);
         let vfov = 40.0f32;
         let distance = radius / (0.5 * vfov).to_radians().sin();
@@ -53,7 +53,7 @@ impl Camera {
     /// The ray of pixel `(x, y)`, counted from the upper left, through a point of the filter drawn by `u`. Filters
     /// are importance sampled (Ernst et al. 2006), so every sample has weight 1 and stays in its pixel's sum.
     #[inline]
-    pub fn ray(&self, x: u32, y: u32, u: [f32; 2]) -> Ray {
+    pub(crate) fn ray(&self, x: u32, y: u32, u: [f32; 2]) -> Ray {
         let (fx, fy) = (x as f32 + 0.5 + self.filter.warp(u[0]), y as f32 + 0.5 + self.filter.warp(u[1]));
         let dir = (self.corner + self.right * fx + self.down * fy).normalize();
         Ray { org: self.origin, dir, tfar: f32::INFINITY }
@@ -63,7 +63,7 @@ impl Camera {
 impl Filter {
     /// A position in pixels from the centre, distributed like the filter.
     #[inline]
-    pub fn warp(self, u: f32) -> f32 {
+    pub(crate) fn warp(self, u: f32) -> f32 {
         match self {
             Filter::Box => u - 0.5,
             Filter::Tent => {

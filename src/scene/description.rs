@@ -14,51 +14,51 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, Default)]
 pub struct SceneDescription {
     /// `None`: the camera is placed so that the whole scene is seen.
-    pub camera: Option<CameraDescription>,
-    pub film: FilmSettings,
+    pub(crate) camera: Option<CameraDescription>,
+    pub(crate) film: FilmSettings,
     pub meshes: Vec<MeshDescription>,
     /// Where groups of meshes stand.
-    pub instances: Vec<InstanceDescription>,
+    pub(crate) instances: Vec<InstanceDescription>,
     /// By name as in `usemtl`; they replace what the MTL says of that name.
     pub materials: BTreeMap<String, MaterialDescription>,
-    pub lights: Vec<LightDescription>,
+    pub(crate) lights: Vec<LightDescription>,
 }
 
 /// A perspective camera.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CameraDescription {
-    pub origin: Vec3,
-    pub target: Vec3,
-    pub up: Vec3,
+pub(crate) struct CameraDescription {
+    pub(crate) origin: Vec3,
+    pub(crate) target: Vec3,
+    pub(crate) up: Vec3,
     /// Vertical field of view in degrees, in (0, 180).
-    pub vfov: f32,
+    pub(crate) vfov: f32,
     /// The picture is flipped left to right (scene formats with a left-handed camera).
-    pub mirrored: bool,
+    pub(crate) mirrored: bool,
 }
 
 /// A model and where it stands.
 #[derive(Clone, Debug)]
 pub struct MeshDescription {
-    pub source: MeshSource,
-    pub transform: Affine3A,
+    pub(crate) source: MeshSource,
+    pub(crate) transform: Affine3A,
     /// Replaces every material of the model.
-    pub material: Option<String>,
+    pub(crate) material: Option<String>,
     /// The mesh is part of this group and seen only where an instance of the group stands; `transform` then places it
     /// within the group.
-    pub group: Option<String>,
+    pub(crate) group: Option<String>,
     /// Where the transform is written; `None` where nothing says so.
     pub location: Option<SourceLocation>,
 }
 
 /// A group of meshes in one of its places. All places share the meshes and their acceleration structure.
 #[derive(Clone, Debug, PartialEq)]
-pub struct InstanceDescription {
+pub(crate) struct InstanceDescription {
     /// As named by at least one mesh.
-    pub group: String,
+    pub(crate) group: String,
     /// From the group to the world; its determinant is not 0.
-    pub transform: Affine3A,
+    pub(crate) transform: Affine3A,
     /// Where that is written; `None` where nothing says so.
-    pub location: Option<SourceLocation>,
+    pub(crate) location: Option<SourceLocation>,
 }
 
 /// A surface material.

@@ -13,10 +13,10 @@ use std::sync::Arc;
 
 /// All surfaces of a scene and what they are made of.
 pub(super) struct Surfaces<'a> {
-    pub meshes: &'a [Arc<Mesh>],
-    pub instances: &'a Instances,
-    pub materials: &'a Arc<Vec<Material>>,
-    pub textures: &'a Arc<Vec<Texture>>,
+    pub(crate) meshes: &'a [Arc<Mesh>],
+    pub(crate) instances: &'a Instances,
+    pub(crate) materials: &'a Arc<Vec<Material>>,
+    pub(crate) textures: &'a Arc<Vec<Texture>>,
 }
 
 /// All lights, and the unit of their emission.

@@ -53,13 +53,13 @@ fn attribute<T: NoUninit>(canon: &mut Canon, attribute: Option<&Attribute<T>>) {
 /// What of a scene is not in its description.
 pub(super) struct Content<'a> {
     /// Of [`mesh`], by mesh of the description.
-    pub meshes: &'a [u64],
+    pub(crate) meshes: &'a [u64],
     /// All that meshes have, by number.
-    pub materials: &'a [MaterialDescription],
+    pub(crate) materials: &'a [MaterialDescription],
     /// Hash of a picture's texels.
-    pub picture: &'a mut dyn FnMut(&Path) -> Result<u64>,
+    pub(crate) picture: &'a mut dyn FnMut(&Path) -> Result<u64>,
     /// Of the pictures of the surroundings, in the order of the description's lights.
-    pub environments: &'a [u64],
+    pub(crate) environments: &'a [u64],
 }
 
 /// Over what light does in the scene, whoever looks at it: geometry, materials and lights.

@@ -30,7 +30,7 @@ struct Place {
 
 impl Instances {
     /// No instances yet of `groups`, in a scene with `own` meshes that are no part of a group.
-    pub fn new(groups: Vec<Vec<Arc<Mesh>>>, own: u32) -> Instances {
+    pub(crate) fn new(groups: Vec<Vec<Arc<Mesh>>>, own: u32) -> Instances {
         Instances { groups, places: Vec::new(), first_id: own, next_surface: own }
     }
 
@@ -38,7 +38,7 @@ impl Instances {
     ///
     /// # Errors
     /// Beyond 2³² − 1 surfaces.
-    pub fn push(&mut self, group: usize, placement: Placement) -> Result<()> {
+    pub(crate) fn push(&mut self, group: usize, placement: Placement) -> Result<()> {
         self.places.push(Place { group, placement, first_surface: self.next_surface });
         let meshes = self.groups[group].len() as u32;
         let next = self.next_surface.checked_add(meshes);
@@ -48,21 +48,21 @@ impl Instances {
 
     /// The surface point of a hit on an instance.
     #[inline(never)]
-    pub fn interaction(&self, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
+    pub(crate) fn interaction(&self, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
         let (mesh, placement) = self.placed(hit);
         SurfaceInteraction::placed(mesh, placement, hit, wo)
     }
 
     /// The same for lane `k` of a packet.
     #[inline(never)]
-    pub fn meet(&self, k: usize, hit: Hit, surfaces: &mut Surfaces) {
+    pub(crate) fn meet(&self, k: usize, hit: Hit, surfaces: &mut Surfaces) {
         let (mesh, placement) = self.placed(&hit);
         surfaces.push_placed(k, mesh, placement, &hit);
     }
 
     /// The mesh that was hit.
     #[inline(never)]
-    pub fn mesh(&self, hit: Hit) -> &Mesh {
+    pub(crate) fn mesh(&self, hit: Hit) -> &Mesh {
         self.placed(&hit).0
     }
 
@@ -73,7 +73,7 @@ impl Instances {
     }
 
     /// Number of the surface that a hit on an instance is on.
-    pub fn surface(&self, hit: &Hit) -> u32 {
+    pub(crate) fn surface(&self, hit: &Hit) -> u32 {
         self.place(hit).first_surface + hit.geometry
     }
 
@@ -82,7 +82,7 @@ impl Instances {
     }
 
     /// Every surface: its number, its mesh, and where it stands.
-    pub fn surfaces(&self) -> impl Iterator<Item = (u32, &Arc<Mesh>, &Placement)> + Clone {
+    pub(crate) fn surfaces(&self) -> impl Iterator<Item = (u32, &Arc<Mesh>, &Placement)> + Clone {
         self.places.iter().flat_map(|place| {
             let meshes = &self.groups[place.group];
             (place.first_surface..).zip(meshes).map(|(number, mesh)| (number, mesh, &place.placement))

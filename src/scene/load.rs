@@ -20,7 +20,7 @@ use std::time::Instant;
 
 /// What loading is busy with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LoadStage {
+pub(crate) enum LoadStage {
     /// Reading models.
     Models,
     /// Reading textures and environments.
@@ -45,7 +45,11 @@ impl Scene {
     /// # Errors
     /// Missing and malformed files, with file and line; a scene without triangles; a film or a scene for which there is not
     /// the memory.
-    pub fn load_on(device: Arc<Device>, description: &SceneDescription, robust: bool) -> Result<(Scene, Vec<String>)> {
+    pub(crate) fn load_on(
+        device: Arc<Device>,
+        description: &SceneDescription,
+        robust: bool,
+    ) -> Result<(Scene, Vec<String>)> {
         Scene::load_watched(device, description, robust, &|_| ())
     }
 
@@ -53,7 +57,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::load_on`].
-    pub fn load_watched(
+    pub(crate) fn load_watched(
         device: Arc<Device>,
         description: &SceneDescription,
         robust: bool,

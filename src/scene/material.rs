@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// A material of the scene.
 #[derive(Clone, Debug)]
-pub struct Material {
+pub(crate) struct Material {
     model: BsdfModel,
     /// Constant colours; those of textures stand in `maps`, and here black.
     colors: [Rgb; 2],
@@ -38,7 +38,7 @@ enum Opacity {
 impl Material {
     /// # Errors
     /// Textures that cannot be loaded, and parameters out of their domain.
-    pub fn new(
+    pub(crate) fn new(
         description: &MaterialDescription,
         cache: &mut TextureCache,
         coats: &mut CoatTables,
@@ -74,13 +74,13 @@ impl Material {
 
     /// The BSDF, where nothing has to be looked up or computed for it.
     #[inline(always)]
-    pub fn plain(&self) -> Option<Bsdf<'_>> {
+    pub(crate) fn plain(&self) -> Option<Bsdf<'_>> {
         self.plain.then(|| self.model.at(self.colors))
     }
 
     /// The BSDF at the texture coordinates `uv`.
     #[inline]
-    pub fn bsdf(&self, textures: &[Texture], uv: [f32; 2]) -> Bsdf<'_> {
+    pub(crate) fn bsdf(&self, textures: &[Texture], uv: [f32; 2]) -> Bsdf<'_> {
         self.model.at(if self.textured { self.textured_colors(textures, uv) } else { self.colors })
     }
 
@@ -92,21 +92,21 @@ impl Material {
 
     /// Radiance emitted to the front, or to the back.
     #[inline]
-    pub fn emission(&self, front: bool) -> Rgb {
+    pub(crate) fn emission(&self, front: bool) -> Rgb {
         if front || self.emission_two_sided { self.emission } else { Rgb::ZERO }
     }
 
     /// The same material with another emission on the sides that emit.
-    pub fn with_emission(&self, change: impl Fn(Rgb) -> Rgb) -> Material {
+    pub(crate) fn with_emission(&self, change: impl Fn(Rgb) -> Rgb) -> Material {
         Material { emission: change(self.emission), ..self.clone() }
     }
 
     #[inline]
-    pub fn emits(&self) -> bool {
+    pub(crate) fn emits(&self) -> bool {
         self.emits
     }
 
-    pub fn emission_two_sided(&self) -> bool {
+    pub(crate) fn emission_two_sided(&self) -> bool {
         self.emission_two_sided
     }
 
@@ -121,7 +121,7 @@ impl Material {
     }
 
     /// The same where it is the same everywhere.
-    pub fn constant_opacity(&self, textures: &[Texture]) -> Option<f32> {
+    pub(crate) fn constant_opacity(&self, textures: &[Texture]) -> Option<f32> {
         match self.opacity {
             Opacity::Constant(_) => Some(self.opacity(textures, [0.0; 2])),
             _ => self.is_opaque(textures).then_some(1.0),

@@ -8,14 +8,14 @@ mod emitters;
 mod hash;
 mod instances;
 mod load;
-pub mod material;
-pub mod model;
+pub(crate) mod material;
+pub(crate) mod model;
 pub mod obj;
 
 #[cfg(feature = "lab")]
 pub(crate) use assets::LoadedAssets;
 pub use camera::Camera;
-pub use load::LoadStage;
+pub(crate) use load::LoadStage;
 
 use crate::bsdf::Bsdf;
 use crate::embree;
@@ -49,13 +49,13 @@ pub struct Scene {
 impl Scene {
     /// What answers ray queries. Mesh k of the scene is its geometry k; instances come after the meshes.
     #[inline]
-    pub fn geometry(&self) -> &embree::Scene {
+    pub(crate) fn geometry(&self) -> &embree::Scene {
         &self.geometry
     }
 
     /// The surface point of a hit, seen from `wo` (unit, away from the surface).
     #[inline]
-    pub fn interaction(&self, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
+    pub(crate) fn interaction(&self, hit: &Hit, wo: Vec3) -> SurfaceInteraction {
         if hit.instance != NO_INSTANCE {
             return self.instances.interaction(hit, wo);
         }
@@ -64,48 +64,48 @@ impl Scene {
 
     /// The same for lane `k` of a packet, which knows the rest, on the scene's own mesh `geometry`.
     #[inline(always)]
-    pub fn meet<'a>(&'a self, k: usize, geometry: u32, primitive: u32, surfaces: &mut Surfaces<'a>) {
+    pub(crate) fn meet<'a>(&'a self, k: usize, geometry: u32, primitive: u32, surfaces: &mut Surfaces<'a>) {
         surfaces.push(k, &self.meshes[geometry as usize], primitive);
     }
 
     /// The same on an instance.
-    pub fn meet_instance(&self, k: usize, hit: Hit, surfaces: &mut Surfaces) {
+    pub(crate) fn meet_instance(&self, k: usize, hit: Hit, surfaces: &mut Surfaces) {
         self.instances.meet(k, hit, surfaces);
     }
 
     #[inline]
-    pub fn material(&self, index: u32) -> &Material {
+    pub(crate) fn material(&self, index: u32) -> &Material {
         &self.materials[index as usize]
     }
 
     /// How a surface of that material scatters, textures looked up.
     #[inline]
-    pub fn bsdf<'a>(&self, material: &'a Material, uv: [f32; 2]) -> Bsdf<'a> {
+    pub(crate) fn bsdf<'a>(&self, material: &'a Material, uv: [f32; 2]) -> Bsdf<'a> {
         material.bsdf(&self.textures, uv)
     }
 
     /// The unit of all light in this scene: of its lights, and of what is traced in it.
     #[inline]
-    pub fn light_unit(&self) -> LightUnit {
+    pub(crate) fn light_unit(&self) -> LightUnit {
         self.light_unit
     }
 
     /// Radiance that the surface emits to the side it is seen from, in [`Self::light_unit`].
     #[inline]
-    pub fn emission(&self, si: &SurfaceInteraction) -> Rgb {
+    pub(crate) fn emission(&self, si: &SurfaceInteraction) -> Rgb {
         self.materials[si.material as usize].emission(si.front)
     }
 
     /// Whether the surface of a hit emits to any side.
     #[inline(always)]
-    pub fn emits(&self, hit: Hit) -> bool {
+    pub(crate) fn emits(&self, hit: Hit) -> bool {
         let instanced = hit.instance != NO_INSTANCE;
         let mesh = if instanced { self.instances.mesh(hit) } else { &*self.meshes[hit.geometry as usize] };
         self.materials[mesh.materials[hit.primitive as usize] as usize].emits()
     }
 
     /// Density per steradian with which next-event estimation at the ray's origin would draw the ray.
-    pub fn emitter_pdf(&self, hit: &Hit, si: &SurfaceInteraction, ray: &Ray) -> f32 {
+    pub(crate) fn emitter_pdf(&self, hit: &Hit, si: &SurfaceInteraction, ray: &Ray) -> f32 {
         let instanced = hit.instance != NO_INSTANCE;
         let surface = if instanced { self.instances.surface(hit) } else { hit.geometry };
         let light = self.lights.triangle_light(surface, hit.primitive);
@@ -123,7 +123,7 @@ impl Scene {
     }
 
     /// The meshes that stand by themselves; mesh k is geometry k of [`Self::geometry`].
-    pub fn meshes(&self) -> &[Arc<Mesh>] {
+    pub(crate) fn meshes(&self) -> &[Arc<Mesh>] {
         &self.meshes
     }
 
@@ -135,7 +135,7 @@ impl Scene {
 
     /// The corners of all triangles in world space, counter-clockwise seen from outside, mesh by mesh and then instance
     /// by instance.
-    pub fn facets(&self) -> impl Iterator<Item = [Vec3; 3]> + Clone + '_ {
+    pub(crate) fn facets(&self) -> impl Iterator<Item = [Vec3; 3]> + Clone + '_ {
         let own = self.meshes.iter().flat_map(|mesh| (0..mesh.triangles.len()).map(|t| mesh.corners(t)));
         let placed = self.instances.surfaces();
         let placed = placed.flat_map(|(_, mesh, place)| (0..mesh.triangles.len()).map(|t| place.facet(mesh, t)));
@@ -144,7 +144,7 @@ impl Scene {
 
     /// Tells scenes apart: a hash over geometry, materials, pictures, lights, camera and film, in hexadecimal. The same
     /// on every machine and in every release.
-    pub fn hash_text(&self) -> String {
+    pub(crate) fn hash_text(&self) -> String {
         format!("{:016x}", self.hash)
     }
 
@@ -154,7 +154,7 @@ impl Scene {
     }
 
     /// Seconds that building the acceleration structure took.
-    pub fn build_seconds(&self) -> f64 {
+    pub(crate) fn build_seconds(&self) -> f64 {
         self.build_seconds
     }
 }

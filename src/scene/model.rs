@@ -19,19 +19,19 @@ pub struct Model {
     /// In the model's own space. `materials[t]` indexes [`Model::material_names`].
     pub mesh: Mesh,
     /// In the order in which triangles first have them.
-    pub material_names: Vec<String>,
+    pub(crate) material_names: Vec<String>,
     /// By name. A scene file may say something else of a name; a name that neither describes is grey.
-    pub materials: BTreeMap<String, MaterialDescription>,
-    pub warnings: Vec<Warning>,
+    pub(crate) materials: BTreeMap<String, MaterialDescription>,
+    pub(crate) warnings: Vec<Warning>,
 }
 
 /// Something in a file that could not be used, but does not keep the rest from being used.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Warning {
-    pub path: PathBuf,
+pub(crate) struct Warning {
+    pub(crate) path: PathBuf,
     /// From 1.
-    pub line: usize,
-    pub message: String,
+    pub(crate) line: usize,
+    pub(crate) message: String,
 }
 
 impl fmt::Display for Warning {
@@ -42,7 +42,7 @@ impl fmt::Display for Warning {
 
 /// Where the triangles of a mesh come from.
 #[derive(Clone)]
-pub enum MeshSource {
+pub(crate) enum MeshSource {
     /// A file in one of the formats of [`READERS`].
     File(PathBuf),
     /// What a reader of another kind of scene has made.
@@ -79,7 +79,7 @@ impl MeshSource {
     }
 
     /// The file, where it comes from one.
-    pub fn path(&self) -> Option<&Path> {
+    pub(crate) fn path(&self) -> Option<&Path> {
         match self {
             MeshSource::File(path) => Some(path),
             MeshSource::Memory(_) => None,

@@ -16,7 +16,7 @@ mod lanes {
 
     /// One bit for each lane whose highest bit is set, that of lane 0 being the lowest.
     #[inline(always)]
-    pub fn bits(lanes: &[u32; 16]) -> u16 {
+    pub(crate) fn bits(lanes: &[u32; 16]) -> u16 {
         // SAFETY: the whole program is compiled for processors that have these instructions; both halves are read within the
         // array, without a demand on its alignment.
         unsafe {
@@ -28,7 +28,7 @@ mod lanes {
 
     /// All bits of each lane whose bit in `mask` is set; none of the others.
     #[inline(always)]
-    pub fn spread(mask: u16) -> [u32; 16] {
+    pub(crate) fn spread(mask: u16) -> [u32; 16] {
         let mut lanes = [0u32; 16];
         // SAFETY: as in `bits`; both halves are written within the array.
         unsafe {
@@ -41,7 +41,7 @@ mod lanes {
     /// By lane: which lane of `chosen` goes there, where the first goes to lane `full` and what is beyond the last lane to the
     /// first.
     #[inline(always)]
-    pub fn source(chosen: u16, full: usize) -> [u32; 16] {
+    pub(crate) fn source(chosen: u16, full: usize) -> [u32; 16] {
         let mut source = [0u32; 16];
         // SAFETY: as in `bits`.
         unsafe {
@@ -56,7 +56,13 @@ mod lanes {
 
     /// Puts `row[source[k]]` into lane k of `second`, and of `first` from lane `full` on. `T` has four bytes.
     #[inline(always)]
-    pub fn put<T: Copy>(row: &[T; 16], source: &[u32; 16], full: usize, first: &mut [T; 16], second: &mut [T; 16]) {
+    pub(crate) fn put<T: Copy>(
+        row: &[T; 16],
+        source: &[u32; 16],
+        full: usize,
+        first: &mut [T; 16],
+        second: &mut [T; 16],
+    ) {
         const { assert!(size_of::<T>() == 4) };
         // SAFETY: as in `bits`; rows have 64 bytes, and are read and written within them.
         unsafe {
@@ -69,7 +75,13 @@ mod lanes {
 
     /// The same of eight bytes each.
     #[inline(always)]
-    pub fn put_long(row: &[u64; 16], source: &[u32; 16], full: usize, first: &mut [u64; 16], second: &mut [u64; 16]) {
+    pub(crate) fn put_long(
+        row: &[u64; 16],
+        source: &[u32; 16],
+        full: usize,
+        first: &mut [u64; 16],
+        second: &mut [u64; 16],
+    ) {
         let keep = u16::MAX << full;
         // SAFETY: as in `bits`; rows have 128 bytes, and are read and written within them.
         unsafe {
@@ -104,7 +116,7 @@ mod lanes {
 )))]
 mod lanes {
     #[inline(always)]
-    pub fn bits(lanes: &[u32; 16]) -> u16 {
+    pub(crate) fn bits(lanes: &[u32; 16]) -> u16 {
         let mut bits = 0;
         for k in 0..16 {
             bits |= ((lanes[k] >> 31) as u16) << k;
@@ -113,7 +125,7 @@ mod lanes {
     }
 
     #[inline(always)]
-    pub fn spread(mask: u16) -> [u32; 16] {
+    pub(crate) fn spread(mask: u16) -> [u32; 16] {
         let mut lanes = [0; 16];
         for k in 0..16 {
             lanes[k] = (mask as u32 >> k & 1).wrapping_neg();
@@ -122,7 +134,7 @@ mod lanes {
     }
 
     #[inline(always)]
-    pub fn source(chosen: u16, full: usize) -> [u32; 16] {
+    pub(crate) fn source(chosen: u16, full: usize) -> [u32; 16] {
         let mut source = [0; 16];
         let (mut rest, mut lane) = (chosen, full);
         while rest != 0 {
@@ -133,7 +145,13 @@ mod lanes {
     }
 
     #[inline(always)]
-    pub fn put<T: Copy>(row: &[T; 16], source: &[u32; 16], full: usize, first: &mut [T; 16], second: &mut [T; 16]) {
+    pub(crate) fn put<T: Copy>(
+        row: &[T; 16],
+        source: &[u32; 16],
+        full: usize,
+        first: &mut [T; 16],
+        second: &mut [T; 16],
+    ) {
         for lane in 0..16 {
             let taken = row[source[lane] as usize % 16];
             first[lane] = if lane < full { first[lane] } else { taken };
@@ -141,11 +159,11 @@ mod lanes {
         }
     }
 
-    pub use put as put_long;
+    pub(crate) use put as put_long;
 }
 
-pub use lanes::{bits, spread};
-pub use lanes::{put, put_long, source};
+pub(crate) use lanes::{bits, spread};
+pub(crate) use lanes::{put, put_long, source};
 
 #[cfg(test)]
 mod tests {

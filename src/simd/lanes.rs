@@ -6,18 +6,18 @@ use glam::Vec3;
 use std::ops::{BitAnd, BitOr, Not};
 
 /// Rays of a packet, and vertices that are worked on at once.
-pub const LANES: usize = 16;
+pub(crate) const LANES: usize = 16;
 
 /// One number for each ray of a packet.
-pub type Lanes = [f32; LANES];
+pub(crate) type Lanes = [f32; LANES];
 
 /// A mask of lanes, one bit per lane. (A byte per lane, written one by one and read at once, would stall on store forwarding.)
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Mask(u16);
+pub(crate) struct Mask(u16);
 
 /// The mask of the lanes for which `is(lane)` holds.
 #[inline(always)]
-pub fn mask(is: impl Fn(usize) -> bool) -> Mask {
+pub(crate) fn mask(is: impl Fn(usize) -> bool) -> Mask {
     let mut lanes = [0; LANES];
     for k in 0..LANES {
         lanes[k] = if is(k) { u32::MAX } else { 0 };
@@ -26,45 +26,45 @@ pub fn mask(is: impl Fn(usize) -> bool) -> Mask {
 }
 
 impl Mask {
-    pub const NONE: Mask = Mask(0);
+    pub(crate) const NONE: Mask = Mask(0);
 
     /// Lanes by their bits, that of lane 0 being the lowest.
     #[inline(always)]
-    pub fn from_bits(bits: u16) -> Mask {
+    pub(crate) fn from_bits(bits: u16) -> Mask {
         Mask(bits)
     }
 
     #[inline(always)]
-    pub fn bits(self) -> u16 {
+    pub(crate) fn bits(self) -> u16 {
         self.0
     }
 
     /// Whether lane `k` is set. Loops over all lanes should test [`Self::lanes`] instead, which vectorises.
     #[inline(always)]
-    pub fn has(self, k: usize) -> bool {
+    pub(crate) fn has(self, k: usize) -> bool {
         self.0 >> k & 1 != 0
     }
 
     #[inline(always)]
-    pub fn any(self) -> bool {
+    pub(crate) fn any(self) -> bool {
         self.0 != 0
     }
 
     /// How many there are.
     #[inline(always)]
-    pub fn count(self) -> u64 {
+    pub(crate) fn count(self) -> u64 {
         self.0.count_ones().into()
     }
 
     /// Sets or clears lane `k`.
     #[inline(always)]
-    pub fn set(&mut self, k: usize, is: bool) {
+    pub(crate) fn set(&mut self, k: usize, is: bool) {
         self.0 = self.0 & !(1 << k) | (is as u16) << k;
     }
 
     /// The mask as one word per lane, for loops over all lanes.
     #[inline(always)]
-    pub fn lanes(self) -> MaskLanes {
+    pub(crate) fn lanes(self) -> MaskLanes {
         MaskLanes(instructions::spread(self.0))
     }
 }
@@ -98,30 +98,30 @@ impl Not for Mask {
 
 /// See [`Mask::lanes`].
 #[derive(Clone, Copy)]
-pub struct MaskLanes([u32; LANES]);
+pub(crate) struct MaskLanes([u32; LANES]);
 
 impl MaskLanes {
     #[inline(always)]
-    pub fn has(&self, k: usize) -> bool {
+    pub(crate) fn has(&self, k: usize) -> bool {
         self.0[k] != 0
     }
 }
 
 /// Branch-free select: `a` where `is` holds, else `b`. Both operands are evaluated, so that the compiler can use a vector blend.
 #[inline(always)]
-pub fn pick<T>(is: bool, a: T, b: T) -> T {
+pub(crate) fn pick<T>(is: bool, a: T, b: T) -> T {
     if is { a } else { b }
 }
 
 /// Iterates over the lanes that are set, from the lowest, without a branch per lane: only the end of the loop may be
 /// mispredicted.
 #[inline(always)]
-pub fn each(mask: Mask) -> Each {
+pub(crate) fn each(mask: Mask) -> Each {
     Each(mask.0 as u32)
 }
 
 /// See [`each`].
-pub struct Each(u32);
+pub(crate) struct Each(u32);
 
 impl Iterator for Each {
     type Item = usize;
@@ -141,24 +141,24 @@ impl Iterator for Each {
 /// One vector for each, by component.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub struct Vec3Lanes {
+pub(crate) struct Vec3Lanes {
     x: Lanes,
     y: Lanes,
     z: Lanes,
 }
 
 impl Vec3Lanes {
-    pub const ZERO: Vec3Lanes = Vec3Lanes { x: [0.0; LANES], y: [0.0; LANES], z: [0.0; LANES] };
+    pub(crate) const ZERO: Vec3Lanes = Vec3Lanes { x: [0.0; LANES], y: [0.0; LANES], z: [0.0; LANES] };
 
     /// Components, row by row.
     #[inline(always)]
-    pub fn rows(&self) -> [&Lanes; 3] {
+    pub(crate) fn rows(&self) -> [&Lanes; 3] {
         [&self.x, &self.y, &self.z]
     }
 
     /// Puts the lanes that were chosen behind those which are there; see [`Packing::put`].
     #[inline(always)]
-    pub fn pack(&self, packing: &Packing, [first, second]: [&mut Vec3Lanes; 2]) {
+    pub(crate) fn pack(&self, packing: &Packing, [first, second]: [&mut Vec3Lanes; 2]) {
         packing.put(&self.x, [&mut first.x, &mut second.x]);
         packing.put(&self.y, [&mut first.y, &mut second.y]);
         packing.put(&self.z, [&mut first.z, &mut second.z]);
@@ -166,17 +166,17 @@ impl Vec3Lanes {
 
     /// Takes over whole rows of components.
     #[inline(always)]
-    pub fn set_rows(&mut self, [x, y, z]: [&Lanes; 3]) {
+    pub(crate) fn set_rows(&mut self, [x, y, z]: [&Lanes; 3]) {
         (self.x, self.y, self.z) = (*x, *y, *z);
     }
 
     #[inline(always)]
-    pub fn get(&self, lane: usize) -> Vec3 {
+    pub(crate) fn get(&self, lane: usize) -> Vec3 {
         Vec3::new(self.x[lane], self.y[lane], self.z[lane])
     }
 
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, v: Vec3) {
+    pub(crate) fn set(&mut self, lane: usize, v: Vec3) {
         (self.x[lane], self.y[lane], self.z[lane]) = (v.x, v.y, v.z);
     }
 }
@@ -184,7 +184,7 @@ impl Vec3Lanes {
 /// `v` at unit length; `None`'s place is taken by `otherwise` where it has no direction. As glam's `try_normalize`, but a
 /// choice and no jump.
 #[inline(always)]
-pub fn normalize_or(v: Vec3, otherwise: Vec3) -> Vec3 {
+pub(crate) fn normalize_or(v: Vec3, otherwise: Vec3) -> Vec3 {
     let scale = v.length_recip();
     if scale.is_finite() && scale > 0.0 { v * scale } else { otherwise }
 }
@@ -192,7 +192,7 @@ pub fn normalize_or(v: Vec3, otherwise: Vec3) -> Vec3 {
 /// Branch-free truncation of `v` to an integer, clamped to [0, 2²³). (An `as` cast saturates, which takes branches.)
 #[inline(always)]
 #[allow(clippy::manual_clamp, reason = "NaN must become 0, as in a cast; `clamp` would keep it")]
-pub fn truncate(v: f32) -> u32 {
+pub(crate) fn truncate(v: f32) -> u32 {
     /// From here on numbers have no fraction, and are counted by their last bits.
     const UNIT: f32 = (1 << 23) as f32;
     (v.max(0.0).min(UNIT - 1.0).floor() + UNIT).to_bits() - UNIT.to_bits()

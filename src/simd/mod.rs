@@ -12,5 +12,5 @@ mod instructions;
 mod lanes;
 mod packing;
 
-pub use lanes::{Each, LANES, Lanes, Mask, MaskLanes, Vec3Lanes, each, mask, normalize_or, pick, truncate};
-pub use packing::{Number, Packing};
+pub(crate) use lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask, normalize_or, pick, truncate};
+pub(crate) use packing::Packing;

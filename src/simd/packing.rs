@@ -4,7 +4,7 @@ use super::{LANES, instructions};
 
 /// Where the chosen lanes of a packet go: into a packet that may be partly full, and on into the one behind it. Found once,
 /// it serves every row of numbers that those lanes carry.
-pub struct Packing {
+pub(crate) struct Packing {
     /// By lane of the packets that are filled: the lane that goes there.
     source: [u32; LANES],
     /// Lanes of the first packet that are full already.
@@ -17,7 +17,7 @@ pub struct Packing {
 impl Packing {
     /// Takes the lanes whose bit in `chosen` is set, in their order, behind `len` lanes that are there already.
     #[inline(always)]
-    pub fn new(chosen: u16, len: usize) -> Packing {
+    pub(crate) fn new(chosen: u16, len: usize) -> Packing {
         let full = len % LANES;
         let source = instructions::source(chosen, full);
         Packing { source, full, packet: len / LANES, count: chosen.count_ones() as usize }
@@ -25,13 +25,13 @@ impl Packing {
 
     /// How many lanes were chosen.
     #[inline(always)]
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.count
     }
 
     /// The two packets that are filled, made where they are not there yet.
     #[inline(always)]
-    pub fn packets<'a, P>(&self, packets: &'a mut Vec<P>, empty: impl Fn() -> P) -> [&'a mut P; 2] {
+    pub(crate) fn packets<'a, P>(&self, packets: &'a mut Vec<P>, empty: impl Fn() -> P) -> [&'a mut P; 2] {
         while packets.len() < self.packet + 2 {
             packets.push(empty());
         }
@@ -40,20 +40,20 @@ impl Packing {
 
     /// Puts the chosen numbers of a row into the same row of both packets. Other lanes of the second are unspecified.
     #[inline(always)]
-    pub fn put<T: Number>(&self, row: &[T; LANES], [first, second]: [&mut [T; LANES]; 2]) {
+    pub(crate) fn put<T: Number>(&self, row: &[T; LANES], [first, second]: [&mut [T; LANES]; 2]) {
         T::put(row, &self.source, self.full, first, second);
     }
 }
 
 mod private {
-    pub trait Sealed {}
+    pub(crate) trait Sealed {}
     impl Sealed for f32 {}
     impl Sealed for u32 {}
     impl Sealed for u64 {}
 }
 
 /// What rows are made of.
-pub trait Number: Copy + private::Sealed {
+pub(crate) trait Number: Copy + private::Sealed {
     #[doc(hidden)]
     fn put(row: &[Self; 16], source: &[u32; 16], full: usize, first: &mut [Self; 16], second: &mut [Self; 16]);
 }

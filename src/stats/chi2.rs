@@ -18,7 +18,7 @@ const MASS_TOLERANCE: f64 = 1e-3;
 
 /// Where a density may be positive, in the local frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Domain {
+pub(crate) enum Domain {
     Sphere,
     /// z ≥ 0 only: a sample below is a failure.
     Hemisphere,
@@ -26,41 +26,41 @@ pub enum Domain {
 
 /// A χ² test of a direction sampler.
 #[derive(Clone, Copy, Debug)]
-pub struct DirectionTest {
-    pub domain: Domain,
+pub(crate) struct DirectionTest {
+    pub(crate) domain: Domain,
     /// Equal steps of cosθ; even on the sphere, so that the horizon is an edge.
-    pub cos_bins: usize,
+    pub(crate) cos_bins: usize,
     /// Equal steps of φ.
-    pub phi_bins: usize,
-    pub samples: u64,
+    pub(crate) phi_bins: usize,
+    pub(crate) samples: u64,
     /// Halvings of every cell along θ and φ before the quadrature looks whether more are needed: features
     /// narrower than a cell's side/2^(depth + 2) may be missed. The test then fails, it never passes for that.
-    pub depth: u32,
+    pub(crate) depth: u32,
 }
 
 /// What a test found. A `failure` says what no chance explains; the p-value is then 0.
 #[derive(Clone, Debug)]
-pub struct Chi2Report {
-    pub statistic: f64,
-    pub degrees_of_freedom: usize,
+pub(crate) struct Chi2Report {
+    pub(crate) statistic: f64,
+    pub(crate) degrees_of_freedom: usize,
     /// Probability of a statistic as large or larger if the sampler follows the density.
-    pub p_value: f64,
+    pub(crate) p_value: f64,
     /// Integral of the density.
-    pub mass: f64,
+    pub(crate) mass: f64,
     /// Cells that were merged because they expect fewer than five samples.
-    pub pooled: usize,
+    pub(crate) pooled: usize,
     /// The cell that adds most to the statistic.
-    pub worst: Option<Cell>,
-    pub failure: Option<String>,
+    pub(crate) worst: Option<Cell>,
+    pub(crate) failure: Option<String>,
 }
 
 /// One cell of a test.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell {
-    pub expected: f64,
-    pub observed: f64,
+pub(crate) struct Cell {
+    pub(crate) expected: f64,
+    pub(crate) observed: f64,
     /// Index in the order of the test; a pooled cell has that of its first member.
-    pub index: usize,
+    pub(crate) index: usize,
 }
 
 impl Cell {
@@ -71,7 +71,7 @@ impl Cell {
 
 impl Chi2Report {
     /// Whether nothing speaks against the sampler at false-alarm probability `level`.
-    pub fn passes(&self, level: f64) -> bool {
+    pub(crate) fn passes(&self, level: f64) -> bool {
         self.failure.is_none() && self.p_value >= level
     }
 
@@ -108,14 +108,14 @@ impl fmt::Display for Chi2Report {
 
 impl DirectionTest {
     /// A test with cells of about 8°, resolved to half a degree, and 400 000 samples.
-    pub fn new(domain: Domain) -> DirectionTest {
+    pub(crate) fn new(domain: Domain) -> DirectionTest {
         let cos_bins = if domain == Domain::Sphere { 24 } else { 12 };
         DirectionTest { domain, cos_bins, phi_bins: 32, samples: 400_000, depth: 2 }
     }
 
     /// Draws from `sample` (unit directions; `None` is a lost sample) and compares with `pdf` per steradian,
     /// whose mass may be below 1.
-    pub fn run(&self, mut sample: impl FnMut() -> Option<Vec3>, pdf: impl Fn(Vec3) -> f32) -> Chi2Report {
+    pub(crate) fn run(&self, mut sample: impl FnMut() -> Option<Vec3>, pdf: impl Fn(Vec3) -> f32) -> Chi2Report {
         let masses = self.masses(&pdf);
         let mass: f64 = masses.iter().sum();
         if mass.is_nan() || mass > 1.0 + MASS_TOLERANCE {
@@ -187,7 +187,7 @@ impl DirectionTest {
 
 /// χ² test of `counts` against the probabilities `pmf` of the same indices. Where the pmf sums to less than 1,
 /// the rest counts as an outcome that was never observed.
-pub fn chi2_discrete(counts: &[u64], pmf: &[f64]) -> Chi2Report {
+pub(crate) fn chi2_discrete(counts: &[u64], pmf: &[f64]) -> Chi2Report {
     let mass: f64 = pmf.iter().sum();
     if counts.len() != pmf.len() {
         let why = format!("{} counts but {} probabilities", counts.len(), pmf.len());

@@ -5,8 +5,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// An interval that holds the unknown quantity with the confidence asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    pub low: f64,
-    pub high: f64,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
 }
 
 /// Mean and spread of independent runs.
@@ -36,7 +36,7 @@ impl Summary {
     }
 
     /// Student's t interval of the mean with confidence `level` in (0, 1): exact for normal runs.
-    pub fn confidence(&self, level: f64) -> Option<Interval> {
+    pub(crate) fn confidence(&self, level: f64) -> Option<Interval> {
         let half = t_quantile(level, (self.runs - 1) as f64)? * self.std_error();
         Some(Interval { low: self.mean - half, high: self.mean + half })
     }

@@ -7,15 +7,15 @@ const LEVEL: f64 = 0.95;
 
 /// A median, and the interval between two of the values in which the law's own median lies with [`confidence`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Median {
-    pub median: f64,
-    pub low: f64,
-    pub high: f64,
+pub(crate) struct Median {
+    pub(crate) median: f64,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
 }
 
 impl Median {
     /// `None` without values, or where one is not finite.
-    pub fn of(values: &[f64]) -> Option<Median> {
+    pub(crate) fn of(values: &[f64]) -> Option<Median> {
         if values.is_empty() || values.iter().any(|v| !v.is_finite()) {
             return None;
         }
@@ -29,7 +29,7 @@ impl Median {
 
 /// Confidence of the interval of `n` values: [x₍ₖ₎, x₍ₙ₊₁₋ₖ₎] misses the median with probability 2·P(B < k), B being
 /// binomial with n and ½ (David & Nagaraja, *Order Statistics*, 2003, §7.1). k is the largest with 95 % or more, else 1.
-pub fn confidence(n: usize) -> f64 {
+pub(crate) fn confidence(n: usize) -> f64 {
     coverage(n, rank(n))
 }
 

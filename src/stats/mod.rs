@@ -1,14 +1,19 @@
 //! Tests and intervals: whether a sampler follows its density, whether two renderings agree, how sure a mean is.
 
-pub mod chi2;
-pub mod interval;
-pub mod median;
-pub mod quadrature;
+#[cfg(test)]
+pub(crate) mod chi2;
+pub(crate) mod interval;
+#[cfg(feature = "lab")]
+pub(crate) mod median;
+#[cfg(test)]
+pub(crate) mod quadrature;
 pub mod ztest;
 
-pub use chi2::{Chi2Report, DirectionTest, Domain, chi2_discrete};
+#[cfg(test)]
+pub(crate) use chi2::{Chi2Report, DirectionTest, Domain, chi2_discrete};
 pub use interval::{Interval, Summary, ratio_interval};
-pub use median::Median;
+#[cfg(feature = "lab")]
+pub(crate) use median::Median;
 pub use ztest::{ImageMoments, ImageZTest, z_test_images};
 
 /// The level of each of `tests` independent tests at which all of them together raise a false alarm with

@@ -13,9 +13,9 @@ const GAUSS5: [(f64, f64); 5] = [
 
 /// A rectangle [x0, x1] × [y0, y1].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rect {
-    pub x: [f64; 2],
-    pub y: [f64; 2],
+pub(crate) struct Rect {
+    pub(crate) x: [f64; 2],
+    pub(crate) y: [f64; 2],
 }
 
 impl Rect {
@@ -33,19 +33,19 @@ impl Rect {
 
 /// How far [`integrate`] refines.
 #[derive(Clone, Copy, Debug)]
-pub struct Refinement {
+pub(crate) struct Refinement {
     /// Halvings of both sides that are always made: what is narrower than the nodes of these may be missed.
-    pub min_depth: u32,
+    pub(crate) min_depth: u32,
     /// Halvings of both sides at most.
-    pub max_depth: u32,
+    pub(crate) max_depth: u32,
     /// A rectangle whose two estimates differ by less is not split.
-    pub absolute: f64,
+    pub(crate) absolute: f64,
     /// The same, as a share of the estimate.
-    pub relative: f64,
+    pub(crate) relative: f64,
 }
 
 /// ∫∫ f(x, y) dx dy over `rect`: products of 5-point Gauss rules, quartered where the 3-point rule disagrees.
-pub fn integrate(f: &impl Fn(f64, f64) -> f64, rect: Rect, refinement: Refinement) -> f64 {
+pub(crate) fn integrate(f: &impl Fn(f64, f64) -> f64, rect: Rect, refinement: Refinement) -> f64 {
     descend(f, rect, refinement, 0)
 }
 

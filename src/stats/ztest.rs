@@ -6,7 +6,7 @@ use statrs::function::erf::erfc;
 
 /// (a − b) in units of its standard error, for independent estimates: standard normal if the expectations agree.
 /// Two estimates without error are 0 apart if equal, else infinitely far.
-pub fn z_two_means(a: f64, error_a: f64, b: f64, error_b: f64) -> f64 {
+pub(crate) fn z_two_means(a: f64, error_a: f64, b: f64, error_b: f64) -> f64 {
     let difference = a - b;
     if difference == 0.0 { 0.0 } else { difference / error_a.hypot(error_b) }
 }
@@ -32,13 +32,13 @@ pub struct ImageMoments<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageZTest {
     /// Number of values compared.
-    pub values: usize,
+    pub(crate) values: usize,
     /// Share of values with a p-value of at least the level asked for: 1 − level is expected of equal images.
     pub passed: f64,
     /// The same at Šidák's level: all of them pass with probability 1 − level.
-    pub passed_sidak: f64,
+    pub(crate) passed_sidak: f64,
     /// Largest |z| of a value; infinite where a value is not finite.
-    pub max_z: f64,
+    pub(crate) max_z: f64,
     /// z of the difference of the means over the image. Values count as independent of each other, which holds
     /// for a box filter of one pixel and no sharing between channels; with RGB taken together it is up to √3 too large.
     pub mean_z: f64,

@@ -30,13 +30,13 @@ pub enum ScalarTexture {
 /// A picture on a surface. v points up: (0, 0) is the lower left corner. Outside of [0, 1) it repeats.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageTexture {
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Multiplies (u, v) first.
-    pub scale: [f32; 2],
+    pub(crate) scale: [f32; 2],
     /// Then added.
-    pub offset: [f32; 2],
+    pub(crate) offset: [f32; 2],
     /// Nearest texel instead of bilinear.
-    pub nearest: bool,
+    pub(crate) nearest: bool,
     /// Multiplies the picture.
-    pub tint: Rgb,
+    pub(crate) tint: Rgb,
 }

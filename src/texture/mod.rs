@@ -43,43 +43,43 @@ impl Texture {
     }
 
     /// Linear colour at `uv`; bilinear, or of the texel that `uv` lies in. A coordinate that is not finite counts as 0.
-    pub fn color(&self, uv: [f32; 2], nearest: bool) -> Rgb {
+    pub(crate) fn color(&self, uv: [f32; 2], nearest: bool) -> Rgb {
         self.interpolate(uv, nearest, |x, y| self.texels.color(x, y))
     }
 
     /// The alpha channel at `uv` where the picture has one, else the luminance of the values as they are stored, not
     /// decoded from sRGB. In [0, 1] for 8 and 16 bits. Interpolated as [`Texture::color`].
-    pub fn scalar(&self, uv: [f32; 2], nearest: bool) -> f32 {
+    pub(crate) fn scalar(&self, uv: [f32; 2], nearest: bool) -> f32 {
         self.interpolate(uv, nearest, |x, y| self.texels.scalar(x, y))
     }
 
     /// The luminance of the values as they are stored at `uv`, whatever the alpha channel says.
-    pub fn stored_luminance(&self, uv: [f32; 2], nearest: bool) -> f32 {
+    pub(crate) fn stored_luminance(&self, uv: [f32; 2], nearest: bool) -> f32 {
         self.interpolate(uv, nearest, |x, y| self.texels.stored_luminance(x, y))
     }
 
     /// Mean linear colour of all texels, which is also the mean of [`Texture::color`] over the unit square.
-    pub fn mean(&self) -> Rgb {
+    pub(crate) fn mean(&self) -> Rgb {
         self.mean
     }
 
     /// Whether [`Texture::scalar`] is 1 everywhere.
-    pub fn is_opaque(&self) -> bool {
+    pub(crate) fn is_opaque(&self) -> bool {
         self.opaque
     }
 
     /// Memory that the texels take.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.texels.bytes()
     }
 
     /// The same for pictures with the same texels, stored in the same way.
-    pub fn content_hash(&self) -> u64 {
+    pub(crate) fn content_hash(&self) -> u64 {
         self.texels.content_hash()
     }
 
     /// Columns and rows.
-    pub fn size(&self) -> [usize; 2] {
+    pub(crate) fn size(&self) -> [usize; 2] {
         [self.texels.width, self.texels.height]
     }
 
@@ -121,9 +121,9 @@ fn neighbours(x: f32, count: usize) -> (usize, usize, f32) {
 
 /// How a material uses a texture: a resolved [`ImageTexture`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TextureMap {
+pub(crate) struct TextureMap {
     /// Of the texture in its [`TextureCache`].
-    pub index: usize,
+    pub(crate) index: usize,
     scale: [f32; 2],
     offset: [f32; 2],
     nearest: bool,
@@ -132,22 +132,22 @@ pub struct TextureMap {
 
 impl TextureMap {
     /// Linear colour at the surface's `uv`, times the tint. `textures` as of [`TextureCache::into_textures`].
-    pub fn color(&self, textures: &[Texture], uv: [f32; 2]) -> Rgb {
+    pub(crate) fn color(&self, textures: &[Texture], uv: [f32; 2]) -> Rgb {
         textures[self.index].color(self.picture_uv(uv), self.nearest) * self.tint
     }
 
     /// [`Texture::scalar`] at the surface's `uv`, times the luminance of the tint.
-    pub fn scalar(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
+    pub(crate) fn scalar(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
         textures[self.index].scalar(self.picture_uv(uv), self.nearest) * texels::grey(self.tint)
     }
 
     /// [`Texture::stored_luminance`] at the surface's `uv`, times the luminance of the tint.
-    pub fn stored_luminance(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
+    pub(crate) fn stored_luminance(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
         textures[self.index].stored_luminance(self.picture_uv(uv), self.nearest) * texels::grey(self.tint)
     }
 
     /// Mean linear colour of the picture, times the tint.
-    pub fn mean(&self, textures: &[Texture]) -> Rgb {
+    pub(crate) fn mean(&self, textures: &[Texture]) -> Rgb {
         textures[self.index].mean() * self.tint
     }
 
@@ -158,7 +158,7 @@ impl TextureMap {
 
 /// Loads every file once.
 #[derive(Debug, Default)]
-pub struct TextureCache {
+pub(crate) struct TextureCache {
     textures: Vec<Texture>,
     /// By path without links and dots.
     indices: FxHashMap<PathBuf, usize>,
@@ -169,7 +169,7 @@ impl TextureCache {
     ///
     /// # Errors
     /// As of [`Texture::load`]; the next call tries again.
-    pub fn get(&mut self, path: &Path) -> Result<usize> {
+    pub(crate) fn get(&mut self, path: &Path) -> Result<usize> {
         let real = path.canonicalize().map_err(Error::io(path))?;
         if let Some(&index) = self.indices.get(&real) {
             return Ok(index);
@@ -183,18 +183,18 @@ impl TextureCache {
     ///
     /// # Errors
     /// As of [`TextureCache::get`].
-    pub fn resolve(&mut self, image: &ImageTexture) -> Result<TextureMap> {
+    pub(crate) fn resolve(&mut self, image: &ImageTexture) -> Result<TextureMap> {
         let &ImageTexture { ref path, scale, offset, nearest, tint } = image;
         Ok(TextureMap { index: self.get(path)?, scale, offset, nearest, tint })
     }
 
     /// The textures loaded so far, by index.
-    pub fn textures(&self) -> &[Texture] {
+    pub(crate) fn textures(&self) -> &[Texture] {
         &self.textures
     }
 
     /// Ends loading.
-    pub fn into_textures(self) -> Vec<Texture> {
+    pub(crate) fn into_textures(self) -> Vec<Texture> {
         self.textures
     }
 }

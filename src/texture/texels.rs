@@ -7,11 +7,11 @@ use crate::math::Rgb;
 /// Rows of texels from the top, channels interleaved: grey, grey and alpha, RGB, or RGB and alpha.
 #[derive(Clone, Debug)]
 pub(super) struct Texels {
-    pub width: usize,
-    pub height: usize,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
     /// 1 to 4.
-    pub channels: usize,
-    pub data: Samples,
+    pub(crate) channels: usize,
+    pub(crate) data: Samples,
 }
 
 /// `width * height * channels` values.
@@ -27,7 +27,7 @@ pub(super) enum Samples {
 
 impl Texels {
     /// Linear colour of the texel in column `x` and row `y` from the top.
-    pub fn color(&self, x: usize, y: usize) -> Rgb {
+    pub(crate) fn color(&self, x: usize, y: usize) -> Rgb {
         let first = self.first(x, y);
         match &self.data {
             Samples::U8(data) => {
@@ -43,7 +43,7 @@ impl Texels {
     }
 
     /// Alpha, or the luminance of the stored values.
-    pub fn scalar(&self, x: usize, y: usize) -> f32 {
+    pub(crate) fn scalar(&self, x: usize, y: usize) -> f32 {
         match self.channels {
             2 | 4 => self.stored(self.first(x, y) + self.channels - 1),
             _ => self.stored_luminance(x, y),
@@ -51,7 +51,7 @@ impl Texels {
     }
 
     /// Luminance of the stored values, not decoded.
-    pub fn stored_luminance(&self, x: usize, y: usize) -> f32 {
+    pub(crate) fn stored_luminance(&self, x: usize, y: usize) -> f32 {
         let first = self.first(x, y);
         grey(self.rgb(|i| self.stored(first + i)))
     }
@@ -65,7 +65,7 @@ impl Texels {
     }
 
     /// Mean linear colour, and whether `scalar` is 1 for every texel.
-    pub fn summary(&self) -> (Rgb, bool) {
+    pub(crate) fn summary(&self) -> (Rgb, bool) {
         let mut sum = glam::DVec3::ZERO;
         let mut opaque = true;
         for y in 0..self.height {
@@ -77,7 +77,7 @@ impl Texels {
         ((sum / (self.width * self.height) as f64).as_vec3(), opaque)
     }
 
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         match &self.data {
             Samples::U8(data) => data.len(),
             Samples::U16(data) => 2 * data.len(),
@@ -86,7 +86,7 @@ impl Texels {
     }
 
     /// Over how texels are stored and what they are.
-    pub fn content_hash(&self) -> u64 {
+    pub(crate) fn content_hash(&self) -> u64 {
         texels([self.width, self.height], |canon| {
             canon.u64(self.channels as u64);
             match &self.data {

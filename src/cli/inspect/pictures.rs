@@ -14,19 +14,19 @@ use std::path::Path;
 const WHITE: f64 = 0.995;
 
 /// Where pictures go, and what their headers say.
-pub struct Pictures<'a> {
-    pub folder: &'a Path,
+pub(crate) struct Pictures<'a> {
+    pub(crate) folder: &'a Path,
     /// Before the names of all files.
-    pub prefix: &'a str,
-    pub scene: &'a Scene,
-    pub seed: u64,
+    pub(crate) prefix: &'a str,
+    pub(crate) scene: &'a Scene,
+    pub(crate) seed: u64,
     /// Paths for each direction of the truth.
-    pub samples: u32,
+    pub(crate) samples: u32,
 }
 
 impl Pictures<'_> {
     /// Learnt beside traced, over the sphere and over the state's hemisphere.
-    pub fn radiance(&self, guide: &Guide, seen: &PixelVertex, radiance: &Radiance) -> Result<()> {
+    pub(crate) fn radiance(&self, guide: &Guide, seen: &PixelVertex, radiance: &Radiance) -> Result<()> {
         let (view, normal) = (seen.state(guide).and_then(|key| guide.view(key)), seen.normal());
         let unit = self.scene.light_unit().value();
         let learnt = |w| Some((unit * f64::from(view.as_ref()?.q(normal, w)?)) as f32);
@@ -45,7 +45,7 @@ impl Pictures<'_> {
     }
 
     /// Which state each pixel shows.
-    pub fn states(&self, layers: &Layers) -> Result<()> {
+    pub(crate) fn states(&self, layers: &Layers) -> Result<()> {
         let image = layers.false_colours();
         self.write("states", &image, (image.width, image.height), layers.channels())
     }

@@ -5,7 +5,7 @@ use clap::{Args, Subcommand};
 use std::process::ExitCode;
 
 #[derive(Subcommand)]
-pub enum LabCommand {
+pub(crate) enum LabCommand {
     /// Measure, compare and chart: in programs built with the feature `lab`.
     #[command(hide = true, aliases = ["bench", "generate", "paper", "rates"])]
     Compare(Anything),
@@ -13,7 +13,7 @@ pub enum LabCommand {
 
 #[derive(Args)]
 #[command(disable_help_flag = true)]
-pub struct Anything {
+pub(crate) struct Anything {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     _arguments: Vec<std::ffi::OsString>,
 }
@@ -21,7 +21,7 @@ pub struct Anything {
 impl LabCommand {
     /// # Errors
     /// Always.
-    pub fn run(&self) -> anyhow::Result<ExitCode> {
+    pub(crate) fn run(&self) -> anyhow::Result<ExitCode> {
         bail!(
             "bench, compare, generate, paper and rates are the laboratory, which this program was built without: \
              `make lab`, or `cargo build --release --features lab`"

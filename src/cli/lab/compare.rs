@@ -36,7 +36,7 @@ form of --plan's file: docs/compare.md.";
 
 #[derive(Args)]
 #[command(after_help = NOTES)]
-pub struct CompareArguments {
+pub(crate) struct CompareArguments {
     /// Scenes, of any kind that render takes.
     scenes: Vec<PathBuf>,
     /// File that says what is compared; what is said here too has precedence.
@@ -101,7 +101,7 @@ pub struct CompareArguments {
     quiet: bool,
 }
 
-pub fn run(arguments: &CompareArguments) -> Result<ExitCode> {
+pub(crate) fn run(arguments: &CompareArguments) -> Result<ExitCode> {
     let plan = draft(arguments)?.finish()?;
     let threads = arguments.machine.start(arguments.quiet)?;
     let (scene_cache, warnings) = SceneCache::load(&plan, threads)?;

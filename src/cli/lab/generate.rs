@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Args)]
-pub struct GenerateArguments {
+pub(crate) struct GenerateArguments {
     /// Scene to write; without it, the scenes are listed.
     name: Option<String>,
     /// How many triangles a large scene (city, forest, terrain) is to have, about: 10 thousand to 30 million [default: 1
@@ -22,7 +22,7 @@ pub struct GenerateArguments {
     out: PathBuf,
 }
 
-pub fn run(arguments: &GenerateArguments) -> Result<ExitCode> {
+pub(crate) fn run(arguments: &GenerateArguments) -> Result<ExitCode> {
     match &arguments.name {
         None if arguments.gallery => {
             for path in generate::gallery::generate(&arguments.out)? {

@@ -10,7 +10,7 @@ use clap::Subcommand;
 use std::process::ExitCode;
 
 #[derive(Subcommand)]
-pub enum LabCommand {
+pub(crate) enum LabCommand {
     /// Measure this program here: its rays against Embree alone, what its time goes into, loading, a rival.
     Bench(bench::BenchArguments),
     /// Compare methods: error against time, with intervals, over several runs.
@@ -24,7 +24,7 @@ pub enum LabCommand {
 }
 
 impl LabCommand {
-    pub fn run(&self) -> anyhow::Result<ExitCode> {
+    pub(crate) fn run(&self) -> anyhow::Result<ExitCode> {
         match self {
             LabCommand::Bench(arguments) => bench::run(arguments),
             LabCommand::Compare(arguments) => compare::run(arguments),

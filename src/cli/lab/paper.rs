@@ -35,7 +35,7 @@ const NOTES: &str = "Writes NAME.png, NAME.exr and NAME.json for each preset, th
 
 #[derive(Args)]
 #[command(after_help = NOTES)]
-pub struct PaperArguments {
+pub(crate) struct PaperArguments {
     /// Folder to write to; it is made if it is missing.
     #[arg(long, value_name = "DIR", default_value = "paper")]
     out: PathBuf,
@@ -64,7 +64,7 @@ pub struct PaperArguments {
     quiet: bool,
 }
 
-pub fn run(arguments: &PaperArguments) -> Result<ExitCode> {
+pub(crate) fn run(arguments: &PaperArguments) -> Result<ExitCode> {
     if arguments.list {
         presets().iter().try_for_each(|p| crate::cli::print(&format!("{:18} {}", p.name, p.about)))?;
         return Ok(ExitCode::SUCCESS);

@@ -18,7 +18,7 @@ const NOTES: &str = "Renders the scene furnace, a closed sphere that glows with 
 
 #[derive(Args)]
 #[command(after_help = NOTES)]
-pub struct RatesArguments {
+pub(crate) struct RatesArguments {
     /// Folder to write to; it is made if it is missing.
     #[arg(long, value_name = "DIR", default_value = "rates")]
     out: PathBuf,
@@ -48,7 +48,7 @@ struct Curve {
     learnt: Vec<Learnt>,
 }
 
-pub fn run(arguments: &RatesArguments) -> Result<ExitCode> {
+pub(crate) fn run(arguments: &RatesArguments) -> Result<ExitCode> {
     arguments.machine.start(false)?;
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
     let files = generate::generate("furnace", &arguments.out)?;

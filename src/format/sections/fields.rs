@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// Reads fields over what is in their slots. Paths are relative to the folder `base`.
 pub(super) struct KeyReader<'a> {
-    pub table: &'a mut Reader,
-    pub base: &'a Path,
+    pub(crate) table: &'a mut Reader,
+    pub(crate) base: &'a Path,
 }
 
 impl FieldVisitor for KeyReader<'_> {

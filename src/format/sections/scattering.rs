@@ -23,7 +23,7 @@ pub(in crate::format) fn kinds_with(key: &str) -> Vec<&'static str> {
 
 impl BsdfType {
     /// Reads the type's own keys over `bsdf`, which is of this type.
-    pub fn read(self, t: &mut Reader, bsdf: &mut BsdfDescription, base: &Path) -> Result<(), Fault> {
+    pub(crate) fn read(self, t: &mut Reader, bsdf: &mut BsdfDescription, base: &Path) -> Result<(), Fault> {
         bsdf.fields(&mut KeyReader { table: t, base })
     }
 }

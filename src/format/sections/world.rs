@@ -152,7 +152,7 @@ pub(in crate::format) fn light_type(t: &mut Reader) -> Result<Option<LightType>,
 
 impl LightType {
     /// Reads the type's own keys.
-    pub fn read(self, table: &mut Reader, base: &Path) -> Result<LightDescription, Fault> {
+    pub(crate) fn read(self, table: &mut Reader, base: &Path) -> Result<LightDescription, Fault> {
         let mut light = self.light();
         light.fields(&mut KeyReader { table, base })?;
         Ok(light)

@@ -11,10 +11,10 @@ mod model;
 pub mod quadtree;
 mod weights;
 
-pub use distribution::{GuidingDistribution, InFrame};
-pub use guide_lanes::GuideLanes;
+pub(crate) use distribution::{GuidingDistribution, InFrame};
+pub(crate) use guide_lanes::GuideLanes;
 #[cfg(test)]
-pub use model::Learnt;
+pub(crate) use model::Learnt;
 pub use model::{AnyDirections, Model};
 
 use super::recorder::Transition;

@@ -10,12 +10,12 @@ mod partition;
 mod two_level;
 pub mod voronoi;
 
-pub use grid::Grid;
-pub use kd_tree::KdTree;
+pub(crate) use grid::Grid;
+pub(crate) use kd_tree::KdTree;
 #[cfg(test)]
 pub(super) use kd_tree::LeafBox;
-pub use partition::{Partition, StoredPartition};
-pub use two_level::TwoLevelGrid;
+pub(crate) use partition::Partition;
+pub(crate) use two_level::TwoLevelGrid;
 
 use crate::simd::{LANES, Vec3Lanes};
 use glam::Vec3;

@@ -36,7 +36,7 @@ pub struct ExrFile {
 impl ExrFile {
     /// The channels by what they belong to: the name before the last full stop. Colours and vectors are in their usual order,
     /// all else by name; the layer without a name comes first.
-    pub fn layers(self) -> Vec<image::Layer> {
+    pub(crate) fn layers(self) -> Vec<image::Layer> {
         let mut layers: BTreeMap<String, Vec<(String, Vec<f32>)>> = BTreeMap::new();
         for (channel, values) in self.channels {
             let (name, suffix) = match channel.rsplit_once('.') {

@@ -19,17 +19,17 @@ struct RandomInputs {
 ///
 /// [`Mixture::sample`]: crate::integrator::mixture::Mixture::sample
 pub(super) struct DirectionSamples {
-    pub dir: Vec3Lanes,
+    pub(crate) dir: Vec3Lanes,
     /// Where the ray begins.
-    pub org: Vec3Lanes,
-    pub weight: Vec3Lanes,
-    pub mixture: Lanes,
-    pub bsdf: Lanes,
-    pub guide: Lanes,
+    pub(crate) org: Vec3Lanes,
+    pub(crate) weight: Vec3Lanes,
+    pub(crate) mixture: Lanes,
+    pub(crate) bsdf: Lanes,
+    pub(crate) guide: Lanes,
     /// Whether the path goes on.
-    pub goes: Mask,
+    pub(crate) goes: Mask,
     /// Whether it was the guide that drew.
-    pub by_guide: Mask,
+    pub(crate) by_guide: Mask,
     /// f·|cosθ| of directions that the guide drew.
     value: Vec3Lanes,
 }
@@ -37,7 +37,7 @@ pub(super) struct DirectionSamples {
 impl Packet<'_> {
     /// Draws directions at these vertices, each of which is [`Packet::vectorised`].
     #[inline(always)]
-    pub fn propose(&mut self, draws: Mask) -> DirectionSamples {
+    pub(crate) fn propose(&mut self, draws: Mask) -> DirectionSamples {
         let numbers = self.draw_numbers(draws);
         let surfaces = &self.surfaces;
         let mut proposals = DirectionSamples {

@@ -16,10 +16,10 @@ use glam::Vec3;
 pub(super) struct Packet<'a> {
     /// Place of the first ray in its wave; the others follow, a lane each.
     first: usize,
-    pub surfaces: Surfaces<'a>,
+    pub(crate) surfaces: Surfaces<'a>,
     /// How surfaces scatter, where paths may go on.
-    pub bsdfs: BsdfLanes<'a>,
-    pub guided: [Option<Guided<'a>>; LANES],
+    pub(crate) bsdfs: BsdfLanes<'a>,
+    pub(crate) guided: [Option<Guided<'a>>; LANES],
     /// Of surfaces of other kinds than Lambert's: for which lobes the guide may stand in.
     lobes: [GuidedLobes; LANES],
     /// Where what comes back by these lobes says something of the irradiance.
@@ -35,12 +35,12 @@ pub(super) struct Packet<'a> {
     square: Lanes,
     mean: Lanes,
     rays_behind: Lanes,
-    pub lights: LightSamples,
-    pub rng: RngLanes,
+    pub(crate) lights: LightSamples,
+    pub(crate) rng: RngLanes,
 }
 
 impl<'a> Packet<'a> {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Packet {
             first: 0,
             surfaces: Surfaces::new(),
@@ -63,7 +63,7 @@ impl<'a> Packet<'a> {
 
     /// Begins with the rays from place `first` in their wave on.
     #[inline(always)]
-    pub fn begin(&mut self, first: usize, rng: RngLanes) {
+    pub(crate) fn begin(&mut self, first: usize, rng: RngLanes) {
         (self.first, self.rng) = (first, rng);
         (self.led, self.has_moments, self.bsdf_fraction) = (Mask::NONE, Mask::NONE, [1.0; LANES]);
         self.bsdfs.clear();
@@ -73,13 +73,13 @@ impl<'a> Packet<'a> {
 
     /// Place of ray `k` in its wave.
     #[inline(always)]
-    pub fn ray(&self, k: usize) -> usize {
+    pub(crate) fn ray(&self, k: usize) -> usize {
         self.first + k
     }
 
     /// The same of all rays.
     #[inline(always)]
-    pub fn rays(&self) -> [u32; LANES] {
+    pub(crate) fn rays(&self) -> [u32; LANES] {
         let mut rays = [0; LANES];
         for k in 0..LANES {
             rays[k] = (self.first + k) as u32;
@@ -89,13 +89,13 @@ impl<'a> Packet<'a> {
 
     /// Where rays met something.
     #[inline(always)]
-    pub fn met(&self) -> Mask {
+    pub(crate) fn met(&self) -> Mask {
         self.surfaces.met()
     }
 
     /// [`Bsdf::albedo`] as each surface is seen; any where the path ends.
     #[inline(always)]
-    pub fn albedo(&self, albedo: &mut Vec3Lanes) {
+    pub(crate) fn albedo(&self, albedo: &mut Vec3Lanes) {
         self.bsdfs.diffuse().albedo(self.surfaces.wo_locals(), albedo);
         for k in each(self.bsdfs.are() & !self.bsdfs.diffuse().are()) {
             if let Some(bsdf) = self.bsdfs.get(k) {
@@ -106,7 +106,7 @@ impl<'a> Packet<'a> {
 
     /// Where surfaces have smooth lobes: only there can next-event estimation or a guide help.
     #[inline(always)]
-    pub fn smooth(&self) -> Mask {
+    pub(crate) fn smooth(&self) -> Mask {
         let mut smooth = self.bsdfs.diffuse().are();
         for k in each(self.bsdfs.are() & !smooth) {
             smooth.set(k, self.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth()));
@@ -116,7 +116,7 @@ impl<'a> Packet<'a> {
 
     /// Finds for which lobes a guide may stand in. `product`: its directions are drawn from its product with the BSDF.
     #[inline(always)]
-    pub fn find_guided_lobes(&mut self, product: bool) {
+    pub(crate) fn find_guided_lobes(&mut self, product: bool) {
         self.rough = self.bsdfs.diffuse().are();
         for k in each(self.bsdfs.are() & !self.rough) {
             let (Some(bsdf), wo) = (self.bsdfs.get(k), self.surfaces.wo_local(k)) else { continue };
@@ -129,25 +129,25 @@ impl<'a> Packet<'a> {
 
     /// For which lobes of vertex `k` a guide may stand in.
     #[inline(always)]
-    pub fn lobes(&self, k: usize) -> GuidedLobes {
+    pub(crate) fn lobes(&self, k: usize) -> GuidedLobes {
         if self.bsdfs.diffuse().are().has(k) { GuidedLobes::ALL } else { self.lobes[k] }
     }
 
     /// Where there are such lobes, all of them so rough that what comes back by them says something of the irradiance.
     #[inline(always)]
-    pub fn rough(&self) -> Mask {
+    pub(crate) fn rough(&self) -> Mask {
         self.rough
     }
 
     /// Takes the guide's directions at vertex `k` and the share that the BSDF keeps.
-    pub fn set_guide(&mut self, k: usize, directions: GuidingDistribution<'a>, bsdf_fraction: f32) {
+    pub(crate) fn set_guide(&mut self, k: usize, directions: GuidingDistribution<'a>, bsdf_fraction: f32) {
         self.led.set(k, true);
         (self.directions[k], self.bsdf_fraction[k]) = (Some(directions), bsdf_fraction);
     }
 
     /// The same where they are a tree, over the hemisphere of `normal`. [`Self::resolve_trees`] is to follow.
     #[inline(always)]
-    pub fn set_tree_guide(&mut self, k: usize, (normal, nodes): (Vec3, &'a [Node]), bsdf_fraction: f32) {
+    pub(crate) fn set_tree_guide(&mut self, k: usize, (normal, nodes): (Vec3, &'a [Node]), bsdf_fraction: f32) {
         self.trees.set(k, normal, nodes);
         self.led.set(k, true);
         self.bsdf_fraction[k] = bsdf_fraction;
@@ -155,41 +155,41 @@ impl<'a> Packet<'a> {
 
     /// Takes what the state at vertex `k` knows of what comes back to it.
     #[inline(always)]
-    pub fn set_moments(&mut self, k: usize, Moments { square, mean, rays }: Moments) {
+    pub(crate) fn set_moments(&mut self, k: usize, Moments { square, mean, rays }: Moments) {
         self.has_moments.set(k, true);
         (self.square[k], self.mean[k], self.rays_behind[k]) = (square, mean, rays);
     }
 
     /// Where a state has told so much.
     #[inline(always)]
-    pub fn has_moments(&self) -> Mask {
+    pub(crate) fn has_moments(&self) -> Mask {
         self.has_moments
     }
 
     /// What it has told at vertex `k`; any where it has not.
     #[inline(always)]
-    pub fn moments(&self, k: usize) -> Moments {
+    pub(crate) fn moments(&self, k: usize) -> Moments {
         Moments { square: self.square[k], mean: self.mean[k], rays: self.rays_behind[k] }
     }
 
     /// All trees were taken.
-    pub fn resolve_trees(&mut self) {
+    pub(crate) fn resolve_trees(&mut self) {
         self.trees.resolve();
     }
 
     /// The share of the directions that the BSDF keeps, where a guide draws the others; 1 elsewhere.
     #[inline(always)]
-    pub fn bsdf_fraction(&self) -> &Lanes {
+    pub(crate) fn bsdf_fraction(&self) -> &Lanes {
         &self.bsdf_fraction
     }
 
-    pub fn trees(&self) -> &GuideLanes<'a> {
+    pub(crate) fn trees(&self) -> &GuideLanes<'a> {
         &self.trees
     }
 
     /// What `use_it` makes of the way in which directions are drawn at vertex `k`; `None` where the path ends.
     #[inline(always)]
-    pub fn with_mixture<R>(&self, k: usize, use_it: impl FnOnce(&Mixture) -> R) -> Option<R> {
+    pub(crate) fn with_mixture<R>(&self, k: usize, use_it: impl FnOnce(&Mixture) -> R) -> Option<R> {
         let (bsdf, tree) = (self.bsdfs.get(k)?, self.trees.get(k));
         let guide = tree.as_ref().or(self.directions[k].as_ref()).filter(|_| self.led.has(k));
         Some(use_it(&Mixture::new(&bsdf, guide, self.bsdf_fraction[k], self.lobes(k))))
@@ -197,12 +197,12 @@ impl<'a> Packet<'a> {
 
     /// Where directions are drawn by Lambert's law, alone or with a tree: both are known side by side.
     #[inline(always)]
-    pub fn vectorised(&self) -> Mask {
+    pub(crate) fn vectorised(&self) -> Mask {
         self.bsdfs.diffuse().are() & (!self.led | self.trees.are())
     }
 
     /// [`Mixture::eval_pdf`] towards the lights that were drawn. Lanes without a light sample are unspecified.
-    pub fn eval_pdf(&self, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+    pub(crate) fn eval_pdf(&self, f: &mut Vec3Lanes, pdf: &mut Lanes) {
         let (surfaces, wi) = (&self.surfaces, &self.lights.wi);
         let mut local = Vec3Lanes::ZERO;
         surfaces.to_local(wi, &mut local);

@@ -58,24 +58,24 @@ impl Totals {
 
 /// Watches a render's time.
 #[derive(Default)]
-pub struct Clock {
+pub(crate) struct Clock {
     /// Batches without and with stamps at vertices.
     batches: Mutex<[Vec<Totals>; 2]>,
 }
 
 /// How the time of batches is divided.
 #[derive(Clone, Copy, Debug)]
-pub struct Split {
+pub(crate) struct Split {
     /// In the order of [`Stage::ALL`]; they sum to 1.
-    pub shares: [f64; STAGES],
+    pub(crate) shares: [f64; STAGES],
     /// What a stamp at a vertex cost, in nanoseconds; it is in none of the shares.
-    pub stamp_nanoseconds: f64,
+    pub(crate) stamp_nanoseconds: f64,
 }
 
 impl Clock {
     /// # Errors
     /// Where the render had too few batches for both kinds of stamps.
-    pub fn split(self) -> Result<Split> {
+    pub(crate) fn split(self) -> Result<Split> {
         let [coarse, fine] = self.batches.into_inner().expect("no thread fails while it holds the lock");
         let stamp = Median::of(&per_ray(&coarse)).zip(Median::of(&per_ray(&fine)));
         let Some((plain, stamped)) = stamp.map(|(plain, stamped)| (plain.median, stamped.median)) else {
@@ -145,7 +145,7 @@ impl Watch for Clock {
 }
 
 /// The clock of one batch.
-pub struct BatchClock {
+pub(crate) struct BatchClock {
     fine: bool,
     shading: bool,
     stage: Stage,

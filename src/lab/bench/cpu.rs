@@ -11,7 +11,7 @@ const TICKS: f64 = 100.0;
 ///
 /// # Errors
 /// Where the system has no `/proc`.
-pub fn of_children() -> Result<CpuTime> {
+pub(crate) fn of_children() -> Result<CpuTime> {
     let path = Path::new("/proc/self/stat");
     let text = std::fs::read_to_string(path).map_err(Error::io(path))?;
     parse(&text).ok_or_else(|| Error::file(path, "no processor times in it"))
@@ -26,7 +26,7 @@ fn parse(stat: &str) -> Option<CpuTime> {
 }
 
 /// The most memory that the process has had at once, in bytes; `None` where the system does not tell.
-pub fn peak_memory() -> Option<u64> {
+pub(crate) fn peak_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| 1024 * kib)

@@ -15,40 +15,40 @@ use std::path::Path;
 
 /// Seconds and bytes. The file is in the system's cache: it was read once before.
 #[derive(Clone, Debug, Serialize)]
-pub struct LoadReport {
-    pub file_bytes: u64,
-    pub triangles: usize,
+pub(crate) struct LoadReport {
+    pub(crate) file_bytes: u64,
+    pub(crate) triangles: usize,
     /// The OBJ and its MTL read into a mesh.
-    pub parse: Median,
+    pub(crate) parse: Median,
     /// Embree's acceleration structure built.
-    pub build: Median,
+    pub(crate) build: Median,
     /// From nothing to one sample of the middle pixel: reading, building, lights, and its path.
-    pub first_pixel: Median,
+    pub(crate) first_pixel: Median,
     /// Of the mesh, and of what Embree holds beside it.
-    pub mesh_bytes: usize,
-    pub embree_bytes: u64,
-    pub bytes_per_triangle: f64,
+    pub(crate) mesh_bytes: usize,
+    pub(crate) embree_bytes: u64,
+    pub(crate) bytes_per_triangle: f64,
     /// The most memory the process had when the first pixel came the first time; `None` where the system does not tell.
-    pub peak_bytes: Option<u64>,
-    pub tobj: TobjFigure,
+    pub(crate) peak_bytes: Option<u64>,
+    pub(crate) tobj: TobjFigure,
 }
 
 /// tobj alone on the same file.
 #[derive(Clone, Debug, Serialize)]
-pub struct TobjFigure {
-    pub triangles: Option<usize>,
-    pub wall_seconds: Option<Median>,
+pub(crate) struct TobjFigure {
+    pub(crate) triangles: Option<usize>,
+    pub(crate) wall_seconds: Option<Median>,
     /// tobj's time over that of `parse`, turn by turn.
-    pub ratio: Option<Median>,
+    pub(crate) ratio: Option<Median>,
     /// Why it has no figures.
-    pub failure: Option<String>,
+    pub(crate) failure: Option<String>,
 }
 
 /// Loads the model that is all of the description's meshes, `turns` times, with `threads` for Embree (0: all).
 ///
 /// # Errors
 /// As [`Scene::load`]; where the description has not just one mesh.
-pub fn load(description: &SceneFile, threads: usize, turns: usize) -> Result<LoadReport> {
+pub(crate) fn load(description: &SceneFile, threads: usize, turns: usize) -> Result<LoadReport> {
     let [mesh] = &description.scene.meshes[..] else {
         return Err(Error::Scene("loading is measured of one model".into()));
     };

@@ -18,15 +18,12 @@ mod stages;
 #[cfg(test)]
 mod tests;
 
-pub use clock::{Clock, Split};
-pub use load::{LoadReport, TobjFigure, load};
-pub use mitsuba::{Agreement, Missing, Mitsuba, MitsubaFigures, MitsubaPlan, MitsubaReport, VARIANTS};
-pub use own::OurFigures;
+pub(crate) use load::{LoadReport, load};
+pub(crate) use mitsuba::{Mitsuba, MitsubaPlan, MitsubaReport};
 pub use pathtracer::{EmbreeFigures, EmbreePlan, EmbreeReport, PointLight, embree, find_pathtracer};
-pub use rays::{RaysReport, ReplayFigure, WholeFigure, rays};
-pub use record::{Kind, RecordedWave, Recorder, Recording};
-pub use replay::{RayOrder, RaySet};
-pub use stages::{MethodReport, Share, render};
+pub(crate) use rays::{RaysReport, ReplayFigure, WholeFigure, rays};
+pub(crate) use replay::RayOrder;
+pub(crate) use stages::{MethodReport, render};
 
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;

@@ -10,26 +10,26 @@ use serde::Serialize;
 
 /// Rates are of all threads together.
 #[derive(Clone, Debug, Serialize)]
-pub struct OurFigures {
-    pub msamples_per_second: Median,
-    pub mrays_per_second: Median,
-    pub msamples_per_cpu_second: Option<Median>,
-    pub rays_per_sample: f64,
+pub(crate) struct OurFigures {
+    pub(crate) msamples_per_second: Median,
+    pub(crate) mrays_per_second: Median,
+    pub(crate) msamples_per_cpu_second: Option<Median>,
+    pub(crate) rays_per_sample: f64,
 }
 
 /// One render.
-pub struct Own {
-    pub samples: f64,
-    pub rays: f64,
+pub(crate) struct Own {
+    pub(crate) samples: f64,
+    pub(crate) rays: f64,
     /// Wall time.
-    pub seconds: f64,
+    pub(crate) seconds: f64,
     /// Processor seconds of all threads.
-    pub cpu_seconds: f64,
+    pub(crate) cpu_seconds: f64,
 }
 
 impl Own {
     /// Renders with the threads of the current pool.
-    pub fn render(scene: &Scene, settings: &Settings) -> Result<(Own, Estimate)> {
+    pub(crate) fn render(scene: &Scene, settings: &Settings) -> Result<(Own, Estimate)> {
         let rendering = render(scene, settings, &mut |_| true);
         let counters = rendering.iterations.iter().map(|i| &i.counters);
         let own = Own {
@@ -41,17 +41,17 @@ impl Own {
         Ok((own, rendering.estimate))
     }
 
-    pub fn msamples_per_second(&self) -> f64 {
+    pub(crate) fn msamples_per_second(&self) -> f64 {
         self.samples * 1e-6 / self.seconds
     }
 
-    pub fn msamples_per_cpu_second(&self) -> f64 {
+    pub(crate) fn msamples_per_cpu_second(&self) -> f64 {
         self.samples * 1e-6 / self.cpu_seconds
     }
 }
 
 impl OurFigures {
-    pub fn of<'a>(renders: impl Iterator<Item = &'a Own> + Clone) -> Result<OurFigures> {
+    pub(crate) fn of<'a>(renders: impl Iterator<Item = &'a Own> + Clone) -> Result<OurFigures> {
         let of = |figure: fn(&Own) -> f64| renders.clone().map(figure).collect::<Vec<f64>>();
         Ok(OurFigures {
             msamples_per_second: median(&of(Own::msamples_per_second))?,

@@ -15,55 +15,55 @@ const WIDTHS: [usize; 3] = [1, 8, 16];
 
 /// What an unguided render's rays cost, in it and alone. Rates are in millions of rays a second of all threads together.
 #[derive(Clone, Debug, Serialize)]
-pub struct RaysReport {
-    pub width: u32,
-    pub height: u32,
-    pub spp: u32,
-    pub max_depth: u32,
-    pub paths: u64,
-    pub rays: u64,
-    pub shadow_rays: u64,
+pub(crate) struct RaysReport {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) spp: u32,
+    pub(crate) max_depth: u32,
+    pub(crate) paths: u64,
+    pub(crate) rays: u64,
+    pub(crate) shadow_rays: u64,
     /// Shares of them that met something.
-    pub hit_share: f64,
-    pub occluded_share: f64,
-    pub whole: Vec<WholeFigure>,
-    pub replays: Vec<ReplayFigure>,
+    pub(crate) hit_share: f64,
+    pub(crate) occluded_share: f64,
+    pub(crate) whole: Vec<WholeFigure>,
+    pub(crate) replays: Vec<ReplayFigure>,
 }
 
 /// The whole renderer against Embree on the same rays in the same calls.
 #[derive(Clone, Debug, Serialize)]
-pub struct WholeFigure {
-    pub threads: usize,
+pub(crate) struct WholeFigure {
+    pub(crate) threads: usize,
     /// All rays over the render's seconds, from its first ray to its last sample in the picture.
-    pub renderer: Median,
+    pub(crate) renderer: Median,
     /// All rays over the seconds within Embree's calls, alone.
-    pub embree: Median,
+    pub(crate) embree: Median,
     /// The same within the render.
-    pub stage: Median,
+    pub(crate) stage: Median,
     /// `renderer` over `embree`: the share of the render's time that Embree alone would take.
-    pub share: Median,
+    pub(crate) share: Median,
     /// `stage` over `embree`.
-    pub stage_share: Median,
+    pub(crate) stage_share: Median,
 }
 
 /// One set of rays, in one order, one width and so many threads.
 #[derive(Clone, Debug, Serialize)]
-pub struct ReplayFigure {
-    pub set: RaySet,
-    pub order: RayOrder,
-    pub width: usize,
-    pub threads: usize,
-    pub rays: usize,
-    pub mrays_per_second: Median,
+pub(crate) struct ReplayFigure {
+    pub(crate) set: RaySet,
+    pub(crate) order: RayOrder,
+    pub(crate) width: usize,
+    pub(crate) threads: usize,
+    pub(crate) rays: usize,
+    pub(crate) mrays_per_second: Median,
     /// Against single rays as they come, with as many threads.
-    pub ratio: Median,
+    pub(crate) ratio: Median,
 }
 
 /// Records an unguided render and measures it, `turns` times with one thread and with `threads`.
 ///
 /// # Errors
 /// Where nothing is hit, or threads cannot be started.
-pub fn rays(scene: &Scene, description: &SceneFile, threads: usize, turns: usize) -> Result<RaysReport> {
+pub(crate) fn rays(scene: &Scene, description: &SceneFile, threads: usize, turns: usize) -> Result<RaysReport> {
     let settings = settings(description, GuidingMethod::None);
     let recorder = Recorder::default();
     let rendering = render_watched(scene, &settings, GuideIo::default(), &recorder, &Stop::new(), &mut |_| true);

@@ -7,48 +7,48 @@ use crate::integrator::probe::{Cast, Probe, Watch};
 use std::sync::Mutex;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     Closest,
     Shadow,
 }
 
 /// Rays that a batch handed to Embree together.
 #[derive(Clone, Debug)]
-pub struct RecordedWave {
-    pub kind: Kind,
+pub(crate) struct RecordedWave {
+    pub(crate) kind: Kind,
     /// As [`Cast::depth`].
-    pub depth: usize,
-    pub coherence: Coherence,
+    pub(crate) depth: usize,
+    pub(crate) coherence: Coherence,
     /// As they were before they were traced, in the renderer's order.
-    pub rays: Vec<Ray>,
+    pub(crate) rays: Vec<Ray>,
     /// The path of each, by its place in the batch.
-    pub slots: Vec<u32>,
+    pub(crate) slots: Vec<u32>,
     /// How many met something.
-    pub found: usize,
+    pub(crate) found: usize,
 }
 
 /// All waves of a render, batch by batch.
 #[derive(Clone, Debug, Default)]
-pub struct Recording {
-    pub batches: Vec<Vec<RecordedWave>>,
+pub(crate) struct Recording {
+    pub(crate) batches: Vec<Vec<RecordedWave>>,
 }
 
 impl Recording {
     /// Rays of one kind.
-    pub fn rays(&self, kind: Kind) -> usize {
+    pub(crate) fn rays(&self, kind: Kind) -> usize {
         self.batches.iter().flatten().filter(|wave| wave.kind == kind).map(|wave| wave.rays.len()).sum()
     }
 }
 
 /// Records a render: about 32 bytes a ray.
 #[derive(Default)]
-pub struct Recorder {
+pub(crate) struct Recorder {
     batches: Mutex<Vec<(Task, Vec<RecordedWave>)>>,
 }
 
 impl Recorder {
     /// What was recorded, in an order that does not depend on threads.
-    pub fn finish(self) -> Recording {
+    pub(crate) fn finish(self) -> Recording {
         let mut batches = self.batches.into_inner().expect("no thread fails while it holds the lock");
         batches.sort_by_key(|(task, _)| (task.first_sample, task.tile.y, task.tile.x));
         Recording { batches: batches.into_iter().map(|(_, waves)| waves).collect() }

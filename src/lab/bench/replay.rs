@@ -14,7 +14,7 @@ use std::time::Duration;
 /// Which rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum RaySet {
+pub(crate) enum RaySet {
     Camera,
     Bounce1,
     Bounce2,
@@ -24,9 +24,10 @@ pub enum RaySet {
 }
 
 impl RaySet {
-    pub const ALL: [RaySet; 5] = [RaySet::Camera, RaySet::Bounce1, RaySet::Bounce2, RaySet::Later, RaySet::Shadow];
+    pub(crate) const ALL: [RaySet; 5] =
+        [RaySet::Camera, RaySet::Bounce1, RaySet::Bounce2, RaySet::Later, RaySet::Shadow];
 
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             RaySet::Camera => "camera",
             RaySet::Bounce1 => "bounce 1",
@@ -51,7 +52,7 @@ impl RaySet {
 /// In which order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum RayOrder {
+pub(crate) enum RayOrder {
     /// As they come: path after path, sample after sample, a tile's pixels row by row.
     Paths,
     /// As the renderer has them: wave after wave.
@@ -61,9 +62,9 @@ pub enum RayOrder {
 }
 
 impl RayOrder {
-    pub const ALL: [RayOrder; 3] = [RayOrder::Paths, RayOrder::Waves, RayOrder::Octants];
+    pub(crate) const ALL: [RayOrder; 3] = [RayOrder::Paths, RayOrder::Waves, RayOrder::Octants];
 
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             RayOrder::Paths => "paths",
             RayOrder::Waves => "waves",
@@ -73,22 +74,22 @@ impl RayOrder {
 }
 
 /// Rays to be traced together.
-pub struct Chunk {
+pub(crate) struct Chunk {
     kind: Kind,
     coherence: Coherence,
     rays: Vec<Ray>,
 }
 
 /// What one batch has to trace, one after the other. Threads share out strands.
-pub type Strand = Vec<Chunk>;
+pub(crate) type Strand = Vec<Chunk>;
 
 /// All rays, just as the renderer hands them to Embree.
-pub fn as_rendered(recording: &Recording) -> Vec<Strand> {
+pub(crate) fn as_rendered(recording: &Recording) -> Vec<Strand> {
     recording.batches.iter().map(|waves| waves.iter().map(chunk).collect()).collect()
 }
 
 /// The rays of one set.
-pub fn arranged(recording: &Recording, set: RaySet, order: RayOrder) -> Vec<Strand> {
+pub(crate) fn arranged(recording: &Recording, set: RaySet, order: RayOrder) -> Vec<Strand> {
     let of_batch = |waves: &Vec<RecordedWave>| {
         let own: Vec<&RecordedWave> = waves.iter().filter(|wave| set.has(wave)).collect();
         match order {
@@ -100,7 +101,7 @@ pub fn arranged(recording: &Recording, set: RaySet, order: RayOrder) -> Vec<Stra
     recording.batches.iter().map(of_batch).collect()
 }
 
-pub fn count(strands: &[Strand]) -> usize {
+pub(crate) fn count(strands: &[Strand]) -> usize {
     strands.iter().flatten().map(|chunk| chunk.rays.len()).sum()
 }
 
@@ -126,7 +127,7 @@ fn sorted(mut chunk: Chunk) -> Chunk {
 /// Seconds that Embree's calls take for all strands, summed over the threads of the current pool, and how many rays
 /// met something. Packets are filled before the clock runs, as the renderer fills them while it shades; single rays
 /// have no packet, and are handed over within it.
-pub fn replay(scene: &Scene, strands: &[Strand], width: usize) -> (f64, usize) {
+pub(crate) fn replay(scene: &Scene, strands: &[Strand], width: usize) -> (f64, usize) {
     let of_strand = |buffers: &mut Buffers, strand: &Strand| {
         strand.iter().map(|chunk| buffers.time(scene, chunk, width)).fold((Duration::ZERO, 0), add)
     };
@@ -195,7 +196,7 @@ fn single(scene: &Scene, rays: &[Ray], kind: Kind) -> (Duration, usize) {
 
 /// Rays to the last bit, in their order.
 #[cfg(test)]
-pub fn bits(strands: &[Strand]) -> Vec<[u32; 7]> {
+pub(crate) fn bits(strands: &[Strand]) -> Vec<[u32; 7]> {
     let of = |ray: &Ray| {
         let [ox, oy, oz] = ray.org.to_array();
         let [dx, dy, dz] = ray.dir.to_array();

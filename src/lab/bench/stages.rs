@@ -16,30 +16,30 @@ use serde::Serialize;
 
 /// What one method costs. Rates are per second of all threads together.
 #[derive(Clone, Debug, Serialize)]
-pub struct MethodReport {
-    pub method: &'static str,
-    pub msamples_per_second: Median,
-    pub mrays_per_second: Median,
+pub(crate) struct MethodReport {
+    pub(crate) method: &'static str,
+    pub(crate) msamples_per_second: Median,
+    pub(crate) mrays_per_second: Median,
     /// Per second of processor time, which other programs disturb less; `None` where that is too short to be seen.
-    pub msamples_per_cpu_second: Option<Median>,
-    pub rays_per_sample: f64,
+    pub(crate) msamples_per_cpu_second: Option<Median>,
+    pub(crate) rays_per_sample: f64,
     /// Means over the turns; they sum to 1.
-    pub shares: Vec<Share>,
+    pub(crate) shares: Vec<Share>,
     /// What a stamp at a vertex cost; it is taken off the shares.
-    pub stamp_nanoseconds: f64,
+    pub(crate) stamp_nanoseconds: f64,
     /// How many times as long the watched render took; it is not in any figure.
-    pub watching: f64,
+    pub(crate) watching: f64,
 }
 
 /// Share of the threads' wall time.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Share {
-    pub stage: &'static str,
-    pub share: f64,
+pub(crate) struct Share {
+    pub(crate) stage: &'static str,
+    pub(crate) share: f64,
 }
 
 /// Stages of batches as in [`Stage::ALL`], then what happens between rounds of them.
-pub const STAGES: [&str; 9] =
+pub(crate) const STAGES: [&str; 9] =
     ["generate", "intersect", "shade", "next event", "guide query", "record", "film", "learn", "rest"];
 
 const FILM: usize = Stage::Film as usize;
@@ -50,7 +50,7 @@ const REST: usize = FILM + 2;
 ///
 /// # Errors
 /// Where there are too few samples to tell stages apart, or the system does not tell processor times.
-pub fn render(
+pub(crate) fn render(
     scene: &Scene,
     description: &SceneFile,
     methods: &[GuidingMethod],

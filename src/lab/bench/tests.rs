@@ -1,6 +1,8 @@
 //! What is recorded is what was rendered, and what is measured is of it.
 
-use super::replay::{arranged, as_rendered, count, replay};
+use super::clock::Clock;
+use super::record::{Kind, Recorder, Recording};
+use super::replay::{RaySet, arranged, as_rendered, count, replay};
 use super::*;
 use crate::format;
 use crate::integrator::Counters;

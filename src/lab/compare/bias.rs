@@ -16,7 +16,7 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Probability with which an unbiased cell is called biased (where runs are about normal; see docs/compare.md).
-pub const ALARM: f64 = 0.01;
+pub(crate) const ALARM: f64 = 0.01;
 
 /// Fewest runs for a test: the t of one degree of freedom has no power.
 const MIN_RUNS: usize = 3;
@@ -26,23 +26,23 @@ const STEPS: usize = 64;
 
 /// What the test found; all `None` where it cannot be made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Bias {
+pub(crate) struct Bias {
     /// The standard normal number with this p-value, with the sign of the picture's mean difference.
-    pub z: Option<f64>,
-    pub p: Option<f64>,
+    pub(crate) z: Option<f64>,
+    pub(crate) p: Option<f64>,
     /// Whether p is below [`ALARM`].
-    pub biased: Option<bool>,
+    pub(crate) biased: Option<bool>,
 }
 
 /// Block means of the reference, and the variances of these means.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ReferenceBlocks {
-    pub mean: Vec<f64>,
-    pub variance: Vec<f64>,
+pub(crate) struct ReferenceBlocks {
+    pub(crate) mean: Vec<f64>,
+    pub(crate) variance: Vec<f64>,
 }
 
 /// Tests `runs`, the block means of each run, against the reference.
-pub fn test(runs: &[&[f64]], reference: &ReferenceBlocks) -> Bias {
+pub(crate) fn test(runs: &[&[f64]], reference: &ReferenceBlocks) -> Bias {
     let (n, blocks) = (runs.len(), reference.mean.len());
     let overall = reference.mean.iter().sum::<f64>() / blocks.max(1) as f64;
     let usable = runs.iter().all(|r| r.len() == blocks && r.iter().all(|x| x.is_finite()));

@@ -10,60 +10,60 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Confidence of all intervals.
-pub const CONFIDENCE: f64 = 0.95;
+pub(crate) const CONFIDENCE: f64 = 0.95;
 
 /// A mean over runs and its Student-t interval, which needs two of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Mean {
-    pub mean: Option<f64>,
-    pub low: Option<f64>,
-    pub high: Option<f64>,
+pub(crate) struct Mean {
+    pub(crate) mean: Option<f64>,
+    pub(crate) low: Option<f64>,
+    pub(crate) high: Option<f64>,
 }
 
 /// A ratio and its interval.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Ratio {
-    pub value: Option<f64>,
-    pub low: Option<f64>,
-    pub high: Option<f64>,
+pub(crate) struct Ratio {
+    pub(crate) value: Option<f64>,
+    pub(crate) low: Option<f64>,
+    pub(crate) high: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Cell {
-    pub scene: String,
-    pub method: String,
-    pub budget: String,
-    pub runs: usize,
-    pub wall_seconds: Mean,
-    pub samples: Mean,
-    pub mse: Mean,
-    pub relmse: Mean,
-    pub relmse_trimmed: Mean,
-    pub mape: Mean,
-    pub smape: Mean,
-    pub flip: Mean,
+pub(crate) struct Cell {
+    pub(crate) scene: String,
+    pub(crate) method: String,
+    pub(crate) budget: String,
+    pub(crate) runs: usize,
+    pub(crate) wall_seconds: Mean,
+    pub(crate) samples: Mean,
+    pub(crate) mse: Mean,
+    pub(crate) relmse: Mean,
+    pub(crate) relmse_trimmed: Mean,
+    pub(crate) mape: Mean,
+    pub(crate) smape: Mean,
+    pub(crate) flip: Mean,
     /// 1 / E[relMSE · seconds]: the reciprocal of the mean of the runs' products.
-    pub efficiency: Mean,
-    pub efficiency_trimmed: Mean,
+    pub(crate) efficiency: Mean,
+    pub(crate) efficiency_trimmed: Mean,
     /// Efficiency over the baseline's on the same scene and budget.
-    pub ratio: Ratio,
-    pub ratio_trimmed: Ratio,
-    pub relmse_median: Option<f64>,
-    pub relmse_worst: Option<f64>,
-    pub bias: Bias,
-    pub msamples_per_second: Mean,
-    pub mrays_per_second: Mean,
-    pub mean_path_length: Mean,
-    pub zero_share: Mean,
-    pub guide_bytes: Mean,
-    pub guide_states: Mean,
-    pub peak_bytes: Mean,
-    pub non_finite: u64,
+    pub(crate) ratio: Ratio,
+    pub(crate) ratio_trimmed: Ratio,
+    pub(crate) relmse_median: Option<f64>,
+    pub(crate) relmse_worst: Option<f64>,
+    pub(crate) bias: Bias,
+    pub(crate) msamples_per_second: Mean,
+    pub(crate) mrays_per_second: Mean,
+    pub(crate) mean_path_length: Mean,
+    pub(crate) zero_share: Mean,
+    pub(crate) guide_bytes: Mean,
+    pub(crate) guide_states: Mean,
+    pub(crate) peak_bytes: Mean,
+    pub(crate) non_finite: u64,
 }
 
 /// All cells that have runs, scene by scene, budget by budget, in the order of methods. `blocks` are those of the
 /// references, by scene, where their variance is known.
-pub fn cells(plan: &Plan, store: &Store, blocks: &BTreeMap<String, ReferenceBlocks>) -> Vec<Cell> {
+pub(crate) fn cells(plan: &Plan, store: &Store, blocks: &BTreeMap<String, ReferenceBlocks>) -> Vec<Cell> {
     let runs: Vec<(usize, usize, usize, &Run)> = order(plan)
         .iter()
         .filter_map(|slot| Some((slot.scene, slot.budget, slot.method, store.find(plan, slot)?)))
@@ -161,7 +161,7 @@ fn ratio(runs: &[&Run], baseline: Option<&[&Run]>, cost: fn(&Run) -> f64) -> Rat
 }
 
 impl Mean {
-    pub fn of(values: &[f64]) -> Mean {
+    pub(crate) fn of(values: &[f64]) -> Mean {
         let mean = finite(values.iter().sum::<f64>() / values.len() as f64);
         let interval = Summary::of(values).and_then(|s| s.confidence(CONFIDENCE));
         Mean { mean, low: interval.map(|i| i.low), high: interval.map(|i| i.high) }
@@ -174,7 +174,7 @@ impl Mean {
     }
 
     /// The interval, where there is one.
-    pub fn interval(&self) -> Option<Interval> {
+    pub(crate) fn interval(&self) -> Option<Interval> {
         Some(Interval { low: self.low?, high: self.high? })
     }
 }

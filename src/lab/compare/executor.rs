@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What it does, for those who wait; told so again and again.
-pub enum Event<'a> {
+pub(crate) enum Event<'a> {
     /// A pilot run of a method.
     Pilot {
         scene: &'a str,
@@ -44,10 +44,10 @@ pub enum Event<'a> {
     },
 }
 
-pub type Listener<'a> = &'a mut dyn FnMut(Event);
+pub(crate) type Listener<'a> = &'a mut dyn FnMut(Event);
 
 /// Renders and measures the runs of a plan.
-pub struct RenderExecutor<'a> {
+pub(crate) struct RenderExecutor<'a> {
     plan: &'a Plan,
     scene_cache: &'a SceneCache,
     folder: &'a Path,
@@ -63,7 +63,7 @@ pub struct RenderExecutor<'a> {
 impl<'a> RenderExecutor<'a> {
     /// `folder` takes references and pictures. With `allow_noisy`, references are used whatever their noise. Once `stop` is
     /// asked for, the run under way is thrown away and no other begins.
-    pub fn new(
+    pub(crate) fn new(
         plan: &'a Plan,
         scene_cache: &'a SceneCache,
         folder: &'a Path,
@@ -158,12 +158,12 @@ impl Executor for RenderExecutor<'_> {
 }
 
 /// Where the last picture of a method at the largest budget is kept.
-pub fn picture_path(folder: &Path, plan: &Plan, scene: usize, method: usize) -> PathBuf {
+pub(crate) fn picture_path(folder: &Path, plan: &Plan, scene: usize, method: usize) -> PathBuf {
     image_path(folder, plan, scene, method, "")
 }
 
 /// Where a gallery keeps the picture of a method's worst run.
-pub fn worst_path(folder: &Path, plan: &Plan, scene: usize, method: usize) -> PathBuf {
+pub(crate) fn worst_path(folder: &Path, plan: &Plan, scene: usize, method: usize) -> PathBuf {
     image_path(folder, plan, scene, method, "_worst")
 }
 
@@ -176,7 +176,7 @@ fn image_path(folder: &Path, plan: &Plan, scene: usize, method: usize, end: &str
 ///
 /// # Errors
 /// A reference that can no longer be read.
-pub fn reference_blocks(
+pub(crate) fn reference_blocks(
     plan: &Plan,
     scene_cache: &SceneCache,
     store: &Store,

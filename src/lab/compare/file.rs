@@ -26,7 +26,7 @@ pub fn read(path: &Path) -> Result<Draft> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(text: &str, path: &Path) -> Result<Draft> {
+pub(crate) fn parse(text: &str, path: &Path) -> Result<Draft> {
     let source = Source { path, text, overrides: &[] };
     let read = |root| File { source: &source }.draft(root);
     from_toml(text, &At::Text).and_then(read).map_err(|fault| source.error(fault))

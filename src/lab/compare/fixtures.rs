@@ -6,7 +6,7 @@ use super::schedule::Slot;
 use std::path::Path;
 
 /// Two scenes, two methods, two budgets, three runs.
-pub fn plan() -> Plan {
+pub(crate) fn plan() -> Plan {
     let draft = Draft {
         scenes: ["s0.toml", "s1.toml"].map(|path| plain_scene(Path::new(path))).to_vec(),
         methods: vec!["none".into(), "grid".into()],
@@ -18,7 +18,7 @@ pub fn plan() -> Plan {
 }
 
 /// A run with plausible figures: errors fall with the budget and with the method's index.
-pub fn run(plan: &Plan, slot: &Slot) -> Run {
+pub(crate) fn run(plan: &Plan, slot: &Slot) -> Run {
     let seconds = plan.budgets[slot.budget].amount();
     let relmse = (1.0 + 0.25 * f64::from(slot.run)) / (seconds * (1.0 + slot.method as f64));
     let guided = slot.method > 0;

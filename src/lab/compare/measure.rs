@@ -16,20 +16,20 @@ const TRIMMED: f64 = 0.001;
 
 /// A picture that others are compared with.
 #[derive(Clone, Debug)]
-pub struct Reference {
-    pub image: Image,
+pub(crate) struct Reference {
+    pub(crate) image: Image,
     /// Of the pixels' means, where it is known.
-    pub variance: Option<Vec<Rgb>>,
+    pub(crate) variance: Option<Vec<Rgb>>,
 }
 
 impl Reference {
     /// The reference's own relMSE, where its variance is known.
-    pub fn noise(&self) -> Option<f64> {
+    pub(crate) fn noise(&self) -> Option<f64> {
         self.variance.as_ref().map(|variance| relative_noise(&self.image, variance))
     }
 
     /// Block means and their variances; channels count as fully correlated, which is no less than they are.
-    pub fn blocks(&self) -> Option<ReferenceBlocks> {
+    pub(crate) fn blocks(&self) -> Option<ReferenceBlocks> {
         let deviation = |v: &Rgb| luminance(v.max(Rgb::ZERO).map(f32::sqrt));
         let squares: Vec<f64> = self.variance.as_ref()?.iter().map(|v| f64::from(deviation(v)).powi(2)).collect();
         let (width, height) = (self.image.width, self.image.height);
@@ -39,7 +39,7 @@ impl Reference {
 }
 
 /// relMSE that a picture has by the variance of its pixels' means alone, to first order.
-pub fn relative_noise(image: &Image, variance: &[Rgb]) -> f64 {
+pub(crate) fn relative_noise(image: &Image, variance: &[Rgb]) -> f64 {
     let relative = relative_variances(image, variance);
     relative.iter().sum::<f64>() / relative.len().max(1) as f64
 }
@@ -53,7 +53,7 @@ fn relative_variances(image: &Image, variance: &[Rgb]) -> Vec<f64> {
 }
 
 /// Mean luminance of 8 × 8 blocks of a picture, row by row; fewer in pictures of fewer pixels.
-pub fn blocks(image: &Image) -> Vec<f64> {
+pub(crate) fn blocks(image: &Image) -> Vec<f64> {
     let light: Vec<f64> = image.data.iter().map(|c| luminance(*c).into()).collect();
     block_sums(&light, image.width, image.height).into_iter().map(|(sum, n)| sum / n).collect()
 }
@@ -75,7 +75,7 @@ fn block_sums(values: &[f64], width: usize, height: usize) -> Vec<(f64, f64)> {
 ///
 /// # Errors
 /// [`crate::Error::Scene`] where the sizes differ.
-pub fn errors(image: &Image, reference: &Reference, exposure: f32) -> Result<RunErrors> {
+pub(crate) fn errors(image: &Image, reference: &Reference, exposure: f32) -> Result<RunErrors> {
     let all = compare(image, &reference.image)?;
     let relative = relative_squares(image, &reference.image)?;
     let pixels = relative.len();
@@ -99,7 +99,7 @@ pub fn errors(image: &Image, reference: &Reference, exposure: f32) -> Result<Run
 }
 
 /// Mean of the pixels.
-pub fn mean(image: &Image) -> [f64; 3] {
+pub(crate) fn mean(image: &Image) -> [f64; 3] {
     let sum = image.data.iter().fold(glam::DVec3::ZERO, |sum, c| sum + c.as_dvec3());
     (sum / image.data.len().max(1) as f64).to_array()
 }

@@ -3,12 +3,12 @@
 use std::fs;
 
 /// Begins to look for the most memory held; returns whether the system can tell.
-pub fn reset_peak() -> bool {
+pub(crate) fn reset_peak() -> bool {
     fs::write("/proc/self/clear_refs", "5").is_ok()
 }
 
 /// Bytes of main memory that the process held at most since [`reset_peak`]; `None` on systems that do not say.
-pub fn peak() -> Option<u64> {
+pub(crate) fn peak() -> Option<u64> {
     field(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
@@ -19,7 +19,7 @@ fn field(status: &str, name: &str) -> Option<u64> {
 }
 
 /// The processor's name, as Linux tells it.
-pub fn processor() -> Option<String> {
+pub(crate) fn processor() -> Option<String> {
     let text = fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().to_string())

@@ -4,23 +4,23 @@
 //! in a [`store::Store`]. [`cell::cells`] says what the runs of a cell mean together; [`results`] and [`chart`] show it,
 //! [`gallery`] judges it.
 
-pub mod bias;
-pub mod cell;
-pub mod chart;
-pub mod executor;
+pub(crate) mod bias;
+pub(crate) mod cell;
+pub(crate) mod chart;
+pub(crate) mod executor;
 pub mod file;
 #[cfg(test)]
 pub(crate) mod fixtures;
-pub mod gallery;
-pub mod measure;
-pub mod memory;
-pub mod plan;
-pub mod record;
-pub mod reference;
+pub(crate) mod gallery;
+pub(crate) mod measure;
+pub(crate) mod memory;
+pub(crate) mod plan;
+pub(crate) mod record;
+pub(crate) mod reference;
 pub mod report;
-pub mod results;
-pub mod rgbe;
-pub mod scene_cache;
-pub mod schedule;
+pub(crate) mod results;
+pub(crate) mod rgbe;
+pub(crate) mod scene_cache;
+pub(crate) mod schedule;
 pub mod store;
-pub mod sweep;
+pub(crate) mod sweep;

@@ -17,16 +17,16 @@ const MOST_RUNS: usize = 1_000_000;
 
 /// A key of the scene file and what it is set to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Override {
-    pub key: String,
+pub(crate) struct Override {
+    pub(crate) key: String,
     /// As TOML, or a bare word, as of `--set`.
-    pub value: String,
-    pub origin: Origin,
+    pub(crate) value: String,
+    pub(crate) origin: Origin,
 }
 
 /// Where a setting is written, for messages.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Origin {
+pub(crate) enum Origin {
     /// An argument of the command line.
     Argument(&'static str),
     /// A place in the comparison's file; both from 1.
@@ -35,35 +35,35 @@ pub enum Origin {
 
 impl Override {
     /// `key=value`.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         format!("{}={}", self.key, self.value)
     }
 }
 
 /// A name and what it changes of the scene's settings.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Method {
-    pub name: String,
-    pub overrides: Vec<Override>,
+pub(crate) struct Method {
+    pub(crate) name: String,
+    pub(crate) overrides: Vec<Override>,
 }
 
 /// A scene and what it is compared with.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SceneEntry {
+pub(crate) struct SceneEntry {
     /// Told apart by it; the file's name without its end unless given.
-    pub name: Option<String>,
-    pub path: PathBuf,
-    pub overrides: Vec<Override>,
+    pub(crate) name: Option<String>,
+    pub(crate) path: PathBuf,
+    pub(crate) overrides: Vec<Override>,
     /// `None`: it is made.
-    pub reference: Option<PathBuf>,
+    pub(crate) reference: Option<PathBuf>,
     /// Another scene of which the reference is made, because it gives the same picture by easier means.
-    pub reference_scene: Option<PathBuf>,
+    pub(crate) reference_scene: Option<PathBuf>,
     /// Samples per pixel at most, whatever the budget.
-    pub samples: Option<u32>,
+    pub(crate) samples: Option<u32>,
 }
 
 impl SceneEntry {
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let stem = || match self.path.file_stem().map(|s| s.to_string_lossy().into_owned()) {
             // interchange scenes are all called so, in folders that are not
             Some(stem) if stem == "scene" => self
@@ -79,20 +79,20 @@ impl SceneEntry {
 
 /// How long a run may take: seconds or samples per pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Budget {
+pub(crate) enum Budget {
     Seconds(f64),
     Samples(u32),
 }
 
 impl Budget {
-    pub fn name(self) -> String {
+    pub(crate) fn name(self) -> String {
         match self {
             Budget::Seconds(seconds) => format!("{seconds} s"),
             Budget::Samples(spp) => format!("{spp} spp"),
         }
     }
 
-    pub fn amount(self) -> f64 {
+    pub(crate) fn amount(self) -> f64 {
         match self {
             Budget::Seconds(seconds) => seconds,
             Budget::Samples(spp) => f64::from(spp),
@@ -103,42 +103,42 @@ impl Budget {
 /// What the command line and a file say between them, before it is known whether it goes together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Draft {
-    pub title: Option<String>,
-    pub scenes: Vec<SceneEntry>,
+    pub(crate) title: Option<String>,
+    pub(crate) scenes: Vec<SceneEntry>,
     /// For all scenes and methods.
-    pub overrides: Vec<Override>,
+    pub(crate) overrides: Vec<Override>,
     /// Names of methods, and sweeps, in their order.
-    pub methods: Vec<String>,
+    pub(crate) methods: Vec<String>,
     /// Methods that are not built in.
-    pub defined: BTreeMap<String, Vec<Override>>,
-    pub budgets: Vec<Budget>,
-    pub runs: Option<u32>,
-    pub seed: Option<u64>,
-    pub baseline: Option<String>,
-    pub reference_noise: Option<f64>,
-    pub reference_time: Option<f64>,
-    pub gallery: Option<Gallery>,
+    pub(crate) defined: BTreeMap<String, Vec<Override>>,
+    pub(crate) budgets: Vec<Budget>,
+    pub(crate) runs: Option<u32>,
+    pub(crate) seed: Option<u64>,
+    pub(crate) baseline: Option<String>,
+    pub(crate) reference_noise: Option<f64>,
+    pub(crate) reference_time: Option<f64>,
+    pub(crate) gallery: Option<Gallery>,
 }
 
 /// A comparison that can be carried out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    pub title: String,
-    pub scenes: Vec<SceneEntry>,
-    pub overrides: Vec<Override>,
-    pub methods: Vec<Method>,
+    pub(crate) title: String,
+    pub(crate) scenes: Vec<SceneEntry>,
+    pub(crate) overrides: Vec<Override>,
+    pub(crate) methods: Vec<Method>,
     /// From the smallest to the largest.
-    pub budgets: Vec<Budget>,
-    pub runs: u32,
-    pub seed: u64,
+    pub(crate) budgets: Vec<Budget>,
+    pub(crate) runs: u32,
+    pub(crate) seed: u64,
     /// Index of the method that the others are measured against.
-    pub baseline: usize,
+    pub(crate) baseline: usize,
     /// Share of the smallest error that a reference's own noise may have.
-    pub reference_noise: f64,
+    pub(crate) reference_noise: f64,
     /// Seconds that a reference may take.
-    pub reference_time: f64,
+    pub(crate) reference_time: f64,
     /// Whether a matrix of verdicts is made, and by which bounds.
-    pub gallery: Option<Gallery>,
+    pub(crate) gallery: Option<Gallery>,
 }
 
 impl Draft {
@@ -146,7 +146,7 @@ impl Draft {
     ///
     /// # Errors
     /// [`Error::Scene`] for a name that is not there.
-    pub fn keep_scenes(&mut self, names: &[String]) -> Result<()> {
+    pub(crate) fn keep_scenes(&mut self, names: &[String]) -> Result<()> {
         let there: Vec<String> = self.scenes.iter().map(SceneEntry::name).collect();
         if let Some(name) = names.iter().find(|name| !there.contains(name)) {
             let known = there.iter().map(String::as_str);
@@ -261,7 +261,7 @@ fn told_apart<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<()
 }
 
 /// A name as part of a file's name.
-pub fn file_stem(name: &str) -> String {
+pub(crate) fn file_stem(name: &str) -> String {
     let kept = |c: char| c.is_alphanumeric() || "._=".contains(c);
     name.chars().map(|c| if kept(c) { c } else { '-' }).collect::<String>().to_lowercase()
 }
@@ -271,7 +271,7 @@ impl Plan {
     ///
     /// # Errors
     /// As [`format::load`]; a wrong setting is named with its place in the comparison's file where it has one.
-    pub fn describe(&self, scene: &SceneEntry, method: Option<&Method>) -> Result<(SceneFile, Vec<String>)> {
+    pub(crate) fn describe(&self, scene: &SceneEntry, method: Option<&Method>) -> Result<(SceneFile, Vec<String>)> {
         self.described(&scene.path, &scene.overrides, method.map_or(&[], |m| &m.overrides))
     }
 
@@ -279,7 +279,7 @@ impl Plan {
     ///
     /// # Errors
     /// As [`Plan::describe`].
-    pub fn describe_reference(&self, scene: &SceneEntry) -> Result<Option<(SceneFile, Vec<String>)>> {
+    pub(crate) fn describe_reference(&self, scene: &SceneEntry) -> Result<Option<(SceneFile, Vec<String>)>> {
         scene.reference_scene.as_ref().map(|path| self.described(path, &[], &[])).transpose()
     }
 
@@ -307,7 +307,7 @@ fn placed(wrong: &Override, message: String) -> Error {
 ///
 /// # Errors
 /// [`Error::Scene`] without an equals sign.
-pub fn parse_set(text: &str) -> Result<Override> {
+pub(crate) fn parse_set(text: &str) -> Result<Override> {
     let (key, value) = text
         .split_once('=')
         .ok_or_else(|| Error::Scene(format!("--set '{text}': expected key=value, for example film.width=640")))?;
@@ -316,7 +316,7 @@ pub fn parse_set(text: &str) -> Result<Override> {
 }
 
 /// A path to a scene, with nothing changed.
-pub fn plain_scene(path: &Path) -> SceneEntry {
+pub(crate) fn plain_scene(path: &Path) -> SceneEntry {
     SceneEntry { path: path.to_path_buf(), ..SceneEntry::default() }
 }
 

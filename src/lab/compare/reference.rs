@@ -21,10 +21,10 @@ use std::path::Path;
 const FIRST: u32 = 16;
 
 /// Seeds of references are far from those of runs.
-pub const SEEDS: u64 = 1 << 60;
+pub(crate) const SEEDS: u64 = 1 << 60;
 
 /// A render that is added to until it is good enough.
-pub struct Growing {
+pub(crate) struct Growing {
     image: Image,
     /// Of the means.
     variance: Vec<Rgb>,
@@ -33,19 +33,19 @@ pub struct Growing {
 }
 
 /// How far a reference is to grow.
-pub struct Growth<'a> {
+pub(crate) struct Growth<'a> {
     /// relMSE of its own that is good enough.
-    pub wanted: f64,
+    pub(crate) wanted: f64,
     /// Seconds that it may take in all.
-    pub time: f64,
+    pub(crate) time: f64,
     /// What may end it early.
-    pub stop: &'a Stop,
+    pub(crate) stop: &'a Stop,
     /// Told in the middle of rendering how far it is.
-    pub observer: &'a mut dyn FnMut(&Progress),
+    pub(crate) observer: &'a mut dyn FnMut(&Progress),
 }
 
 /// Of the reference of a scene: its name, and a hash of all that decides what it shows.
-pub fn file_name(name: &str, scene: &Scene, description: &SceneFile) -> String {
+pub(crate) fn file_name(name: &str, scene: &Scene, description: &SceneFile) -> String {
     let mut hasher = FxHasher::default();
     hasher.write(format!("{} {:?}", scene.hash_text(), description.integrator).as_bytes());
     format!("{name}-{:016x}.exr", hasher.finish())
@@ -55,7 +55,7 @@ pub fn file_name(name: &str, scene: &Scene, description: &SceneFile) -> String {
 ///
 /// # Errors
 /// As of [`read_measured`], which refuses denoised pictures; a picture of another size than the scene's, or with pixels that are not finite.
-pub fn read(path: &Path, scene: &Scene) -> Result<Reference> {
+pub(crate) fn read(path: &Path, scene: &Scene) -> Result<Reference> {
     let image = read_measured(path, None, false)?;
     let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
     if (image.width, image.height) != (width, height) {
@@ -75,7 +75,7 @@ pub fn read(path: &Path, scene: &Scene) -> Result<Reference> {
 }
 
 /// What is known of a reference that somebody else made.
-pub fn record_of_file(path: &Path, reference: &Reference) -> ReferenceRecord {
+pub(crate) fn record_of_file(path: &Path, reference: &Reference) -> ReferenceRecord {
     ReferenceRecord {
         source: Source::File,
         path: path.display().to_string(),
@@ -90,7 +90,7 @@ impl Growing {
     ///
     /// # Errors
     /// A file that is not what [`Growing::write`] writes.
-    pub fn find(path: &Path, scene: &Scene) -> Result<Option<Growing>> {
+    pub(crate) fn find(path: &Path, scene: &Scene) -> Result<Option<Growing>> {
         if !path.exists() {
             return Ok(None);
         }
@@ -106,7 +106,7 @@ impl Growing {
 
     /// Renders until the noise is as wanted, the time is over, or it is stopped; `None` where that was
     /// before there was anything.
-    pub fn grow(mut found: Option<Growing>, scene: &Scene, of: &SceneFile, growth: Growth) -> Option<Growing> {
+    pub(crate) fn grow(mut found: Option<Growing>, scene: &Scene, of: &SceneFile, growth: Growth) -> Option<Growing> {
         while let Some(samples) = found.as_ref().map_or(Some(FIRST), |f| f.next(growth.wanted, growth.time)) {
             let taken = found.as_ref().map_or((0, 0.0), |f| (f.samples, f.seconds));
             let mut settings = super::scene_cache::settings(of);
@@ -159,17 +159,17 @@ impl Growing {
     }
 
     /// relMSE of its own.
-    pub fn noise(&self) -> f64 {
+    pub(crate) fn noise(&self) -> f64 {
         relative_noise(&self.image, &self.variance)
     }
 
     /// Seconds after which the noise would be as wanted.
-    pub fn seconds_for(&self, wanted: f64) -> f64 {
+    pub(crate) fn seconds_for(&self, wanted: f64) -> f64 {
         self.seconds * self.noise() / wanted
     }
 
     /// What is known of it; `file` is its place within the folder of the comparison.
-    pub fn record(&self, file: &Path) -> ReferenceRecord {
+    pub(crate) fn record(&self, file: &Path) -> ReferenceRecord {
         ReferenceRecord {
             source: Source::Made,
             path: file.display().to_string(),
@@ -184,7 +184,7 @@ impl Growing {
     ///
     /// # Errors
     /// All failures to write.
-    pub fn write(&self, path: &Path, scene: &Scene, seed: u64) -> Result<()> {
+    pub(crate) fn write(&self, path: &Path, scene: &Scene, seed: u64) -> Result<()> {
         let image = &self.image;
         let layers = vec![Layer::color("", &image.data), Layer::color("variance", &self.variance)];
         let metadata = Metadata {
@@ -198,7 +198,7 @@ impl Growing {
     }
 
     /// The reference as it is.
-    pub fn into_reference(self) -> Reference {
+    pub(crate) fn into_reference(self) -> Reference {
         Reference { image: self.image, variance: Some(self.variance) }
     }
 }

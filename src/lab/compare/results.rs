@@ -23,7 +23,7 @@ const FORMAT: u32 = 2;
 
 /// All of a comparison, ready to be written.
 #[derive(Serialize)]
-pub struct Results {
+pub(crate) struct Results {
     format: u32,
     title: String,
     command: String,
@@ -68,7 +68,7 @@ struct Picture {
 
 impl Results {
     /// `command` is the command line, for the reader.
-    pub fn new(
+    pub(crate) fn new(
         plan: &Plan,
         scene_cache: &SceneCache,
         store: &Store,
@@ -100,7 +100,7 @@ impl Results {
         }
     }
 
-    pub fn add_gallery(&mut self, matrix: Matrix) {
+    pub(crate) fn add_gallery(&mut self, matrix: Matrix) {
         self.gallery = Some(matrix);
     }
 
@@ -109,7 +109,7 @@ impl Results {
     ///
     /// # Errors
     /// A picture that cannot be read.
-    pub fn add_pictures(&mut self, plan: &Plan, store: &Store, folder: &Path) -> Result<()> {
+    pub(crate) fn add_pictures(&mut self, plan: &Plan, store: &Store, folder: &Path) -> Result<()> {
         for (index, entry) in plan.scenes.iter().enumerate() {
             if let Some(known) = store.reference(&entry.name()) {
                 self.add_picture(&entry.name(), "reference", None, &known.file(folder))?;
@@ -145,7 +145,7 @@ impl Results {
     ///
     /// # Errors
     /// None that is known: all of it is strings and numbers.
-    pub fn to_json(&self) -> Result<String> {
+    pub(crate) fn to_json(&self) -> Result<String> {
         serde_json::to_string(self).map(|text| text + "\n").map_err(|e| crate::Error::Scene(e.to_string()))
     }
 }
@@ -237,7 +237,7 @@ const COLUMNS: [Column; 31] = [
 ];
 
 /// A table of all runs, with headings (RFC 4180, but for the ends of lines). What is not a number is empty.
-pub fn csv(plan: &Plan, store: &Store) -> String {
+pub(crate) fn csv(plan: &Plan, store: &Store) -> String {
     let line = |cells: Vec<String>| cells.join(",") + "\n";
     let head = line(COLUMNS.iter().map(|(name, _)| name.to_string()).collect());
     runs(plan, store).fold(head, |text, run| text + &line(COLUMNS.iter().map(|(_, value)| value(run)).collect()))
@@ -252,7 +252,7 @@ fn quoted(text: &str) -> String {
 }
 
 /// Name of a chart's files.
-pub fn chart_file(chart: &Chart) -> String {
+pub(crate) fn chart_file(chart: &Chart) -> String {
     file_stem(&chart.id)
 }
 

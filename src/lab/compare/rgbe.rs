@@ -13,7 +13,7 @@ use std::io::Write;
 ///
 /// # Errors
 /// [`Error::Scene`] where the compressor fails.
-pub fn encode(image: &Image) -> Result<String> {
+pub(crate) fn encode(image: &Image) -> Result<String> {
     let mut bytes = DeflateEncoder::new(Vec::new(), Compression::best());
     let pixels: Vec<u8> = image.data.iter().flat_map(|&c| pixel(c)).collect();
     let deflated = bytes.write_all(&pixels).and_then(|()| bytes.finish());

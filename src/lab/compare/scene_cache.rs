@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap;
 
 /// All scenes and methods of a plan.
 #[derive(Default)]
-pub struct SceneCache {
+pub(crate) struct SceneCache {
     /// By scene of the plan: the scene as it is, and as each method has it.
     plain: Vec<Set>,
     methods: Vec<Vec<Set>>,
@@ -34,7 +34,7 @@ impl SceneCache {
     ///
     /// # Errors
     /// Wrong settings, with their places; scenes that cannot be loaded; a method that changes the picture's size.
-    pub fn load(plan: &Plan, threads: usize) -> Result<(SceneCache, Vec<String>)> {
+    pub(crate) fn load(plan: &Plan, threads: usize) -> Result<(SceneCache, Vec<String>)> {
         let mut warnings = Vec::new();
         let mut described = Vec::new();
         for entry in &plan.scenes {
@@ -59,17 +59,17 @@ impl SceneCache {
     }
 
     /// A scene without any method's changes.
-    pub fn plain(&self, scene: usize) -> (&Scene, &SceneFile) {
+    pub(crate) fn plain(&self, scene: usize) -> (&Scene, &SceneFile) {
         self.set(&self.plain[scene])
     }
 
     /// What a scene's reference is made of.
-    pub fn reference(&self, scene: usize) -> (&Scene, &SceneFile) {
+    pub(crate) fn reference(&self, scene: usize) -> (&Scene, &SceneFile) {
         self.set(self.references[scene].as_ref().unwrap_or(&self.plain[scene]))
     }
 
     /// A scene as a method has it.
-    pub fn with_method(&self, scene: usize, method: usize) -> (&Scene, &SceneFile) {
+    pub(crate) fn with_method(&self, scene: usize, method: usize) -> (&Scene, &SceneFile) {
         self.set(&self.methods[scene][method])
     }
 
@@ -81,12 +81,12 @@ impl SceneCache {
     ///
     /// # Panics
     /// Where the plan has no scene.
-    pub fn platform(&self) -> Platform {
+    pub(crate) fn platform(&self) -> Platform {
         Platform::of(self.scenes[0].geometry().device())
     }
 
     /// Tells comparisons apart: the plan, what was loaded, all settings, and what figures depend on beside them.
-    pub fn plan_hash(&self, plan: &Plan) -> String {
+    pub(crate) fn plan_hash(&self, plan: &Plan) -> String {
         let text = |set: &Set| {
             let d = &set.description;
             let render = RenderSettings { spp: 0, time: None, seed: 0, ..d.render.clone() };
@@ -103,7 +103,7 @@ impl SceneCache {
 }
 
 /// What to render a description with.
-pub fn settings(description: &SceneFile) -> Settings {
+pub(crate) fn settings(description: &SceneFile) -> Settings {
     Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),

@@ -7,18 +7,18 @@ use crate::Result;
 
 /// A run that is to be made; indices into the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Slot {
-    pub scene: usize,
-    pub method: usize,
-    pub budget: usize,
+pub(crate) struct Slot {
+    pub(crate) scene: usize,
+    pub(crate) method: usize,
+    pub(crate) budget: usize,
     /// From 0.
-    pub run: u32,
+    pub(crate) run: u32,
     /// No two runs on a scene share one, for what is drawn from equal numbers is not independent.
-    pub seed: u64,
+    pub(crate) seed: u64,
 }
 
 /// Makes runs: renders and measures, or pretends to.
-pub trait Executor {
+pub(crate) trait Executor {
     /// Makes ready what a scene's runs are measured against; `false` where it was told to stop.
     fn prepare(&mut self, scene: usize, store: &mut Store) -> Result<bool>;
 
@@ -27,14 +27,14 @@ pub trait Executor {
 }
 
 /// Watches runs come in.
-pub trait Watcher {
+pub(crate) trait Watcher {
     /// `done` of `all` runs are over; the last of them is `run`.
     fn after(&mut self, run: &Run, done: usize, all: usize);
 }
 
 /// All runs of a plan. On a scene methods take turns, A B C A B C, budget after budget and then seed after seed, so that
 /// a machine that grows hot or busy does not favour one of them. Where a plan is given more runs, they follow those it had.
-pub fn order(plan: &Plan) -> Vec<Slot> {
+pub(crate) fn order(plan: &Plan) -> Vec<Slot> {
     let mut slots = Vec::new();
     for scene in 0..plan.scenes.len() {
         let mut seed = plan.seed;
@@ -55,7 +55,12 @@ pub fn order(plan: &Plan) -> Vec<Slot> {
 ///
 /// # Errors
 /// What the studio and the store return; what was done until then is in the store.
-pub fn carry_out(plan: &Plan, store: &mut Store, studio: &mut dyn Executor, watcher: &mut dyn Watcher) -> Result<bool> {
+pub(crate) fn carry_out(
+    plan: &Plan,
+    store: &mut Store,
+    studio: &mut dyn Executor,
+    watcher: &mut dyn Watcher,
+) -> Result<bool> {
     let slots = order(plan);
     let mut done = slots.iter().filter(|slot| store.find(plan, slot).is_some()).count();
     let mut prepared = None;

@@ -92,7 +92,7 @@ impl Store {
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn add(&mut self, run: Run) -> Result<()> {
+    pub(crate) fn add(&mut self, run: Run) -> Result<()> {
         let line = Line::Run(Box::new(run));
         self.append(&line)?;
         if let Line::Run(run) = line {
@@ -105,7 +105,7 @@ impl Store {
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn add_reference(&mut self, scene: &str, reference: &ReferenceRecord) -> Result<()> {
+    pub(crate) fn add_reference(&mut self, scene: &str, reference: &ReferenceRecord) -> Result<()> {
         self.append(&Line::Reference { scene: scene.into(), reference: reference.clone() })?;
         self.references.insert(scene.into(), reference.clone());
         Ok(())
@@ -115,7 +115,7 @@ impl Store {
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn add_repeat(&mut self, scene: &str, method: &str, spp: u32, equal: bool) -> Result<()> {
+    pub(crate) fn add_repeat(&mut self, scene: &str, method: &str, spp: u32, equal: bool) -> Result<()> {
         let (scene, method) = (scene.to_owned(), method.to_owned());
         self.append(&Line::Repeat { scene: scene.clone(), method: method.clone(), spp, equal })?;
         self.repeats.insert((scene, method, spp), equal);
@@ -123,7 +123,7 @@ impl Store {
     }
 
     /// Whether two such renders were equal; `None` where that was not tried.
-    pub fn repeatable(&self, scene: &str, method: &str, spp: u32) -> Option<bool> {
+    pub(crate) fn repeatable(&self, scene: &str, method: &str, spp: u32) -> Option<bool> {
         self.repeats.get(&(scene.to_owned(), method.to_owned(), spp)).copied()
     }
 
@@ -134,26 +134,26 @@ impl Store {
     }
 
     /// The run of a slot, where it is there.
-    pub fn find(&self, plan: &Plan, slot: &Slot) -> Option<&Run> {
+    pub(crate) fn find(&self, plan: &Plan, slot: &Slot) -> Option<&Run> {
         let (scene, budget) = (plan.scenes[slot.scene].name(), plan.budgets[slot.budget].name());
         let method = &plan.methods[slot.method].name;
         self.runs.iter().find(|r| r.seed == slot.seed && r.scene == scene && r.budget == budget && r.method == *method)
     }
 
     /// The largest relMSE of a method's runs on a scene, infinite where one has none.
-    pub fn worst(&self, scene: &str, method: &str, budget: &str) -> Option<f64> {
+    pub(crate) fn worst(&self, scene: &str, method: &str, budget: &str) -> Option<f64> {
         let own = self.runs.iter().filter(|r| r.scene == scene && r.method == method && r.budget == budget);
         own.map(Run::badness).max_by(f64::total_cmp)
     }
 
-    pub fn reference(&self, scene: &str) -> Option<&ReferenceRecord> {
+    pub(crate) fn reference(&self, scene: &str) -> Option<&ReferenceRecord> {
         self.references.get(scene)
     }
 }
 
 /// Tells plans apart by all that decides what a run measures: scenes (`contents` are hashes of what was loaded for each
 /// method), settings, budgets and seed, and this program's version. The number of runs is left out: it may grow.
-pub fn plan_hash(plan: &Plan, contents: &[String]) -> String {
+pub(crate) fn plan_hash(plan: &Plan, contents: &[String]) -> String {
     let mut hasher = FxHasher::default();
     let methods: Vec<&str> = plan.methods.iter().map(|m| m.name.as_str()).collect();
     let scenes: Vec<_> = plan.scenes.iter().map(|s| (s.name(), &s.reference)).collect();

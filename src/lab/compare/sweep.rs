@@ -4,7 +4,7 @@ use super::plan::{Method, Origin, Override};
 use crate::{Error, Result};
 
 /// What tells a sweep from a method's name.
-pub const PREFIX: &str = "sweep:";
+pub(crate) const PREFIX: &str = "sweep:";
 
 /// Methods that a sweep has at most.
 const MOST: usize = 256;
@@ -14,7 +14,7 @@ const MOST: usize = 256;
 ///
 /// # Errors
 /// [`Error::Scene`] for what is not of that form, and for more than 256 methods.
-pub fn expand(text: &str) -> Result<Vec<Method>> {
+pub(crate) fn expand(text: &str) -> Result<Vec<Method>> {
     let keys: Vec<(&str, Vec<&str>)> = text.split(';').map(|part| key(text, part)).collect::<Result<_>>()?;
     let count = keys.iter().try_fold(1usize, |n, (_, values)| n.checked_mul(values.len()));
     if count.is_none_or(|n| n > MOST) {

@@ -9,26 +9,26 @@ use std::collections::HashMap;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug)]
-pub struct Cuboid {
-    pub min: DVec3,
-    pub max: DVec3,
+pub(crate) struct Cuboid {
+    pub(crate) min: DVec3,
+    pub(crate) max: DVec3,
 }
 
 /// The box between two corners.
-pub fn cuboid(min: [f64; 3], max: [f64; 3]) -> Cuboid {
+pub(crate) fn cuboid(min: [f64; 3], max: [f64; 3]) -> Cuboid {
     Cuboid { min: min.into(), max: max.into() }
 }
 
 impl Cuboid {
     /// Whether a point is inside or on the boundary.
-    pub fn contains(&self, p: DVec3) -> bool {
+    pub(crate) fn contains(&self, p: DVec3) -> bool {
         p.cmpge(self.min).all() && p.cmple(self.max).all()
     }
 }
 
 /// Boxes filled and carved one after the other; later ones win.
 #[derive(Clone, Debug)]
-pub struct Blocks {
+pub(crate) struct Blocks {
     background_solid: bool,
     steps: Vec<(Cuboid, bool)>,
     planes: [Vec<f64>; 3],
@@ -36,27 +36,27 @@ pub struct Blocks {
 
 impl Blocks {
     /// Nothing yet, in empty space.
-    pub fn in_air() -> Blocks {
+    pub(crate) fn in_air() -> Blocks {
         Blocks { background_solid: false, steps: Vec::new(), planes: Default::default() }
     }
 
     /// Nothing carved yet from rock without end: only inner surfaces will appear.
-    pub fn in_rock() -> Blocks {
+    pub(crate) fn in_rock() -> Blocks {
         Blocks { background_solid: true, ..Blocks::in_air() }
     }
 
     /// Makes a box solid.
-    pub fn fill(self, cuboid: Cuboid) -> Blocks {
+    pub(crate) fn fill(self, cuboid: Cuboid) -> Blocks {
         self.step(cuboid, true)
     }
 
     /// Makes a box empty.
-    pub fn carve(self, cuboid: Cuboid) -> Blocks {
+    pub(crate) fn carve(self, cuboid: Cuboid) -> Blocks {
         self.step(cuboid, false)
     }
 
     /// Cuts the surface where the materials change: `axis` 0 is x.
-    pub fn cut(mut self, axis: usize, at: impl IntoIterator<Item = f64>) -> Blocks {
+    pub(crate) fn cut(mut self, axis: usize, at: impl IntoIterator<Item = f64>) -> Blocks {
         self.planes[axis].extend(at);
         self
     }
@@ -75,7 +75,7 @@ impl Blocks {
     }
 
     /// The surface, facing into the empty side. `material` is asked with the centre of a face and its normal.
-    pub fn surface(self, material: impl Fn(DVec3, DVec3) -> &'static str) -> Shape {
+    pub(crate) fn surface(self, material: impl Fn(DVec3, DVec3) -> &'static str) -> Shape {
         let mut builder = Builder { planes: self.planes.clone().map(sorted), ..Default::default() };
         let cells = builder.planes.each_ref().map(|planes| planes.len() - 1);
         for axis in 0..3 {

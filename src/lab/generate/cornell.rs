@@ -43,7 +43,7 @@ const TOP: f64 = 0.55;
 /// Half of the light's width and depth.
 const LIGHT: [f64; 2] = [0.065, 0.0525];
 
-pub fn scene() -> SceneFiles {
+pub(crate) fn scene() -> SceneFiles {
     let model = Model {
         about: "an open box with two blocks and a light in its ceiling",
         objects: vec![

@@ -32,7 +32,7 @@ const TABLE_TOP: f64 = 0.75;
 pub(super) const EYE: DVec3 = DVec3::new(0.3, 1.45, 4.3);
 pub(super) const TARGET: DVec3 = DVec3::new(0.05, 1.0, 0.6);
 
-pub fn scene() -> SceneFiles {
+pub(crate) fn scene() -> SceneFiles {
     let model =
         Model { about: "two rooms, a lamp in the far one, a door ajar", objects: objects(), materials: materials() };
     SceneFiles { toml: toml(), model }

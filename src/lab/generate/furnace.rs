@@ -41,7 +41,7 @@ seed = 0
 "#;
 
 /// An inward icosphere of flat faces: many normals to a cell, and no shading normals to excuse a deviation.
-pub fn scene() -> SceneFiles {
+pub(crate) fn scene() -> SceneFiles {
     let glow = Material { emission: [1.0; 3], ..Material::diffuse("glow", [0.5; 3]) };
     let model = Model {
         about: "a closed sphere with emission 1 and albedo 1/2, its faces inward",

@@ -38,7 +38,7 @@ const BLOBS: [Blob; 11] = [
 const LEVEL: f64 = 0.4;
 
 /// The head, about 2.4 wide with its ears; scale it to taste. 20·frequency² triangles, smooth.
-pub fn head(frequency: u32, material: &'static str) -> Shape {
+pub(crate) fn head(frequency: u32, material: &'static str) -> Shape {
     displaced_sphere(frequency, material, surface)
 }
 

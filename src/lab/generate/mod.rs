@@ -7,9 +7,9 @@ mod blocks;
 mod cornell;
 mod door;
 mod furnace;
-pub mod gallery;
+pub(crate) mod gallery;
 mod head;
-pub mod large;
+pub(crate) mod large;
 mod obj_writer;
 mod shape;
 mod shapes;
@@ -37,7 +37,7 @@ struct SceneFiles {
 }
 
 /// Name of each scene of a fixed size, and what it tests in one line; [`large`] has those of any size.
-pub fn scenes() -> &'static [(&'static str, &'static str)] {
+pub(crate) fn scenes() -> &'static [(&'static str, &'static str)] {
     &SCENES
 }
 
@@ -46,7 +46,7 @@ pub fn scenes() -> &'static [(&'static str, &'static str)] {
 ///
 /// # Errors
 /// [`Error::Scene`] for a name that neither [`scenes`] nor the gallery has, [`Error::Io`] where a file cannot be written.
-pub fn generate(name: &str, dir: &Path) -> Result<Vec<PathBuf>> {
+pub(crate) fn generate(name: &str, dir: &Path) -> Result<Vec<PathBuf>> {
     let files = make(name)?;
     std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
     write_scene(name, &files, dir)

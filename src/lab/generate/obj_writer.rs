@@ -5,19 +5,19 @@ use glam::DVec3;
 
 /// What MTL can say of a material.
 #[derive(Clone, Debug)]
-pub struct Material {
-    pub name: &'static str,
+pub(crate) struct Material {
+    pub(crate) name: &'static str,
     /// `Kd`: diffuse reflectance.
-    pub diffuse: [f64; 3],
+    pub(crate) diffuse: [f64; 3],
     /// `Ke`: emitted radiance, W/(sr·m²).
-    pub emission: [f64; 3],
+    pub(crate) emission: [f64; 3],
     /// Further lines, as near as MTL comes to what the scene file says exactly.
-    pub more: &'static [&'static str],
+    pub(crate) more: &'static [&'static str],
 }
 
 impl Material {
     /// A diffuse material.
-    pub fn diffuse(name: &'static str, diffuse: [f64; 3]) -> Material {
+    pub(crate) fn diffuse(name: &'static str, diffuse: [f64; 3]) -> Material {
         Material { name, diffuse, emission: [0.0; 3], more: &[] }
     }
 }
@@ -25,9 +25,9 @@ impl Material {
 /// Named objects and their materials.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
-    pub about: &'static str,
-    pub objects: Vec<(&'static str, Shape)>,
-    pub materials: Vec<Material>,
+    pub(crate) about: &'static str,
+    pub(crate) objects: Vec<(&'static str, Shape)>,
+    pub(crate) materials: Vec<Material>,
 }
 
 /// Decimals written: 10 micrometres, and 10⁻⁵ of a normal's length.
@@ -35,7 +35,7 @@ const DECIMALS: usize = 5;
 
 impl Model {
     /// The OBJ text, which names `NAME.mtl`.
-    pub fn obj(&self, name: &str) -> String {
+    pub(crate) fn obj(&self, name: &str) -> String {
         let mut text = self.header(name);
         text.push_str(&format!("mtllib {name}.mtl\n"));
         let (mut positions, mut normals) = (1, 1);
@@ -51,7 +51,7 @@ impl Model {
     }
 
     /// The MTL text.
-    pub fn mtl(&self, name: &str) -> String {
+    pub(crate) fn mtl(&self, name: &str) -> String {
         let mut text = self.header(name);
         for material in &self.materials {
             text.push_str(&format!("newmtl {}\n", material.name));
@@ -100,13 +100,13 @@ fn numbers(vector: [f64; 3]) -> String {
 }
 
 /// A number as a scene's files hold it: at most [`DECIMALS`] decimals, no trailing zeros, no negative zero.
-pub fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     let text = format!("{x:.DECIMALS$}");
     let short = text.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".to_owned() } else { short.to_owned() }
 }
 
 /// A TOML array of three numbers.
-pub fn toml_vector(vector: DVec3) -> String {
+pub(crate) fn toml_vector(vector: DVec3) -> String {
     format!("[{}]", vector.to_array().map(number).join(", "))
 }

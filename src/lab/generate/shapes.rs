@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use std::ops::{Add, Mul, Sub};
 
 /// A unit icosphere whose edges are cut into `frequency` parts: 20·frequency² nearly equal triangles, flat.
-pub fn icosphere(frequency: u32, material: &'static str) -> Shape {
+pub(crate) fn icosphere(frequency: u32, material: &'static str) -> Shape {
     let corners = icosahedron_corners();
     let mut vertices = Welder::default();
     let mut triangles = Vec::new();
@@ -30,7 +30,7 @@ pub fn icosphere(frequency: u32, material: &'static str) -> Shape {
 }
 
 /// An icosphere pushed out along its radii: `radius` of each unit direction; smooth.
-pub fn displaced_sphere(frequency: u32, material: &'static str, radius: impl Fn(DVec3) -> f64) -> Shape {
+pub(crate) fn displaced_sphere(frequency: u32, material: &'static str, radius: impl Fn(DVec3) -> f64) -> Shape {
     let mut shape = icosphere(frequency, material);
     shape.positions.iter_mut().for_each(|p| *p *= radius(*p));
     shape.smooth()
@@ -82,7 +82,7 @@ fn around_y(radius: f64, angle: f64) -> DVec3 {
 
 /// A surface of revolution about the y axis, smooth. `profile` holds (radius, y) with the outside to the right of its
 /// way; its first and last point lie on the axis.
-pub fn revolve(profile: &[DVec2], segments: u32, material: &'static str) -> Shape {
+pub(crate) fn revolve(profile: &[DVec2], segments: u32, material: &'static str) -> Shape {
     let on_axis = |p: DVec2| DVec3::Y * p.y;
     let rings: Vec<Vec<DVec3>> = profile[1..profile.len() - 1]
         .iter()
@@ -93,7 +93,7 @@ pub fn revolve(profile: &[DVec2], segments: u32, material: &'static str) -> Shap
 
 /// A tube along a path in the xy plane, smooth. `path` holds (x, y, radius); `mouth` is the depth of the hole at its
 /// end, the other end is flat.
-pub fn tube(path: &[DVec3], mouth: f64, segments: u32, material: &'static str) -> Shape {
+pub(crate) fn tube(path: &[DVec3], mouth: f64, segments: u32, material: &'static str) -> Shape {
     let centre = |i: usize| path[i].truncate();
     let last = path.len() - 1;
     let tangent = |i: usize| (centre((i + 1).min(last)) - centre(i.saturating_sub(1))).normalize();
@@ -132,7 +132,7 @@ fn loft(rings: &[Vec<DVec3>], start: DVec3, end: DVec3, material: &'static str) 
 }
 
 /// A cone that stands on y = 0 with its apex at `height`. The side is smooth, the rim and the base sharp.
-pub fn cone(radius: f64, height: f64, segments: u32, material: &'static str) -> Shape {
+pub(crate) fn cone(radius: f64, height: f64, segments: u32, material: &'static str) -> Shape {
     let angle = |i: f64| TAU * i / segments as f64;
     let slope = |i: f64| (around_y(height, angle(i)) + DVec3::Y * radius).normalize();
     let (mut positions, mut normals, mut corners) = (Vec::new(), Vec::new(), Vec::new());
@@ -149,7 +149,7 @@ pub fn cone(radius: f64, height: f64, segments: u32, material: &'static str) -> 
 }
 
 /// A curve through all `points` (uniform Catmull-Rom; the ends count twice), each span cut into `parts`.
-pub fn spline<V>(points: &[V], parts: u32) -> Vec<V>
+pub(crate) fn spline<V>(points: &[V], parts: u32) -> Vec<V>
 where
     V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>,
 {

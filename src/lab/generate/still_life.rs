@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 const SEGMENTS: u32 = 48;
 
 /// A pot with lid, handle (towards −x) and spout (towards +x): one closed body and two tubes that end inside it.
-pub fn teapot(material: &'static str) -> Shape {
+pub(crate) fn teapot(material: &'static str) -> Shape {
     let body = [
         (0.0, 0.0),
         (0.07, 0.0),
@@ -50,7 +50,7 @@ pub fn teapot(material: &'static str) -> Shape {
 
 /// A thick-walled vase: one closed surface, up the outside and down the inside. It stands half a millimetre high, so
 /// that glass and table never coincide.
-pub fn vase(material: &'static str) -> Shape {
+pub(crate) fn vase(material: &'static str) -> Shape {
     let profile = [
         (0.0, 0.0005),
         (0.05, 0.0005),
@@ -75,7 +75,7 @@ pub fn vase(material: &'static str) -> Shape {
 }
 
 /// A warty pumpkin: a flattened sphere with ribs, hollows at its poles and bumps all over.
-pub fn pumpkin(skin: &'static str, stem: &'static str) -> Shape {
+pub(crate) fn pumpkin(skin: &'static str, stem: &'static str) -> Shape {
     let bumps = sunflower(140);
     let radius = |d: DVec3| {
         let ribs = (5.0 * d.z.atan2(d.x)).cos().abs().powf(0.7);
@@ -109,7 +109,7 @@ fn sunflower(count: u32) -> Vec<DVec3> {
 }
 
 /// A door knob on a plate, along +y.
-pub fn knob(material: &'static str) -> Shape {
+pub(crate) fn knob(material: &'static str) -> Shape {
     let profile = [
         (0.0, -0.004),
         (0.026, -0.004),

@@ -44,7 +44,7 @@ const TOP: f64 = 2.7;
 const THICKNESS: f64 = 0.12;
 const WALL_END: f64 = 0.8;
 
-pub fn scene() -> SceneFiles {
+pub(crate) fn scene() -> SceneFiles {
     let place = |x: f64, y: f64, z: f64| DAffine3::from_translation(DVec3::new(x, y, z));
     let face_camera = DAffine3::from_rotation_y((-14f64).to_radians())
         * DAffine3::from_rotation_x((-22f64).to_radians())

@@ -3,7 +3,7 @@
 
 mod auto;
 
-pub use auto::{Reason, Trial, Verdict};
+pub(crate) use auto::{Reason, Trial, Verdict};
 
 use super::noise::Noise;
 use super::schedule::doubled;

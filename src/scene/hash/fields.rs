@@ -12,13 +12,13 @@ use std::path::{Path, PathBuf};
 
 /// Writes fields. Their keys and domains have no part in the hash.
 pub(super) struct CanonicalFields<'a> {
-    pub canon: &'a mut Canon,
+    pub(crate) canon: &'a mut Canon,
     /// Hash of a picture's content.
-    pub picture: &'a mut dyn FnMut(&Path) -> Result<u64>,
+    pub(crate) picture: &'a mut dyn FnMut(&Path) -> Result<u64>,
 }
 
 impl CanonicalFields<'_> {
-    pub fn material(&mut self, material: &MaterialDescription) -> Result<()> {
+    pub(crate) fn material(&mut self, material: &MaterialDescription) -> Result<()> {
         let MaterialDescription { bsdf, two_sided, opacity, emission, emission_two_sided } = material;
         self.canon.u32(bsdf.number());
         bsdf.clone().fields(self)?;

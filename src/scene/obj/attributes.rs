@@ -9,9 +9,9 @@ use std::mem::take;
 /// The parts of the mesh's arrays that a block fills.
 #[derive(Default)]
 pub(super) struct Slots<'a> {
-    pub positions: &'a mut [[f32; 3]],
-    pub uvs: &'a mut [[f32; 2]],
-    pub normals: &'a mut [[f32; 3]],
+    pub(crate) positions: &'a mut [[f32; 3]],
+    pub(crate) uvs: &'a mut [[f32; 2]],
+    pub(crate) normals: &'a mut [[f32; 3]],
 }
 
 /// A value that cannot be used: its index, and the offset of its statement.
@@ -20,15 +20,15 @@ pub(super) type Broken = (u32, u64);
 /// The values that cannot be used, in the order of the file.
 #[derive(Debug, Default)]
 pub(super) struct BrokenValues {
-    pub positions: Vec<Broken>,
-    pub uvs: Vec<Broken>,
+    pub(crate) positions: Vec<Broken>,
+    pub(crate) uvs: Vec<Broken>,
     /// Also those too short to have a direction.
-    pub normals: Vec<Broken>,
+    pub(crate) normals: Vec<Broken>,
 }
 
 impl BrokenValues {
     /// All of a file's, from those of its blocks and what precedes each: vertices, and bytes.
-    pub fn merge(blocks: impl Iterator<Item = ((Counts, u64), BrokenValues)>) -> BrokenValues {
+    pub(crate) fn merge(blocks: impl Iterator<Item = ((Counts, u64), BrokenValues)>) -> BrokenValues {
         let mut all = BrokenValues::default();
         for ((before, start), block) in blocks {
             let append = |all: &mut Vec<Broken>, block: Vec<Broken>, before: usize| {

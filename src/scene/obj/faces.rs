@@ -13,11 +13,11 @@ use crate::geometry::mesh::ABSENT;
 /// they do not, nothing is written: the system gives memory to pages that are written, and most files have the same
 /// indices throughout.
 pub(super) struct Slots<'a> {
-    pub triangles: &'a mut [[u32; 3]],
-    pub uvs: &'a mut [[u32; 3]],
-    pub normals: &'a mut [[u32; 3]],
+    pub(crate) triangles: &'a mut [[u32; 3]],
+    pub(crate) uvs: &'a mut [[u32; 3]],
+    pub(crate) normals: &'a mut [[u32; 3]],
     /// Vertices before the block.
-    pub before: Counts,
+    pub(crate) before: Counts,
 }
 
 /// A face's corner: indices from 0, or [`ABSENT`].

@@ -52,7 +52,7 @@ pub(super) struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     /// `text` begins with a line, its continuations have been joined. A byte-order mark is skipped.
-    pub fn new(text: &'a [u8]) -> Lines<'a> {
+    pub(crate) fn new(text: &'a [u8]) -> Lines<'a> {
         Lines { text, next: if text.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 } }
     }
 }
@@ -117,19 +117,19 @@ pub(super) fn text(bytes: &[u8]) -> String {
 /// Reads a statement's arguments one by one. A `#` ends them.
 pub(super) struct Fields<'a> {
     line: &'a [u8],
-    pub at: usize,
+    pub(crate) at: usize,
 }
 
 impl<'a> Fields<'a> {
     /// The arguments of `line` from its byte `at`.
     #[inline]
-    pub fn new(line: &'a [u8], at: usize) -> Fields<'a> {
+    pub(crate) fn new(line: &'a [u8], at: usize) -> Fields<'a> {
         Fields { line, at }
     }
 
     /// What is left after skipping blanks; empty at the end and at a comment.
     #[inline]
-    pub fn rest(&mut self) -> &'a [u8] {
+    pub(crate) fn rest(&mut self) -> &'a [u8] {
         while self.at < self.line.len() && is_blank(self.line[self.at]) {
             self.at += 1;
         }
@@ -141,7 +141,7 @@ impl<'a> Fields<'a> {
 
     /// The next number, correctly rounded; `None` where there are no more arguments. May be infinite or not a number.
     #[inline]
-    pub fn number(&mut self) -> Result<Option<f32>, Fault> {
+    pub(crate) fn number(&mut self) -> Result<Option<f32>, Fault> {
         let rest = self.rest();
         if rest.is_empty() {
             return Ok(None);
@@ -174,7 +174,7 @@ impl<'a> Fields<'a> {
 
     /// At least `N` numbers; more of them are read and dropped.
     #[inline]
-    pub fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f32; N], Fault> {
+    pub(crate) fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f32; N], Fault> {
         let mut values = [0.0; N];
         for (i, value) in values.iter_mut().enumerate() {
             *value =

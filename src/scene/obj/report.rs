@@ -20,21 +20,21 @@ pub(super) struct Reporter<'a> {
 }
 
 impl<'a> Reporter<'a> {
-    pub fn new(source: &'a Source, blocks: &'a [Range<u64>]) -> Reporter<'a> {
+    pub(crate) fn new(source: &'a Source, blocks: &'a [Range<u64>]) -> Reporter<'a> {
         Reporter { source, blocks, notes: Vec::new() }
     }
 
-    pub fn path(&self) -> &'a Path {
+    pub(crate) fn path(&self) -> &'a Path {
         self.source.path()
     }
 
     /// A warning about the statement at byte `at`.
-    pub fn warn(&mut self, at: u64, message: impl Into<String>) {
+    pub(crate) fn warn(&mut self, at: u64, message: impl Into<String>) {
         self.notes.push((at, message.into()));
     }
 
     /// What was left out.
-    pub fn census(&mut self, census: &Census) {
+    pub(crate) fn census(&mut self, census: &Census) {
         let mut tally = |tally: Option<Tally>, message: &str| {
             if let Some(Tally { first, count }) = tally {
                 self.warn(first, format!("{message} ({count} times, here first)"));
@@ -49,7 +49,7 @@ impl<'a> Reporter<'a> {
     }
 
     /// One warning for all names that faces use and no library defines.
-    pub fn unknown_materials(&mut self, census: &Census, materials: &BTreeMap<String, MaterialDescription>) {
+    pub(crate) fn unknown_materials(&mut self, census: &Census, materials: &BTreeMap<String, MaterialDescription>) {
         let used = census.runs().filter(|(name, _, _)| !name.is_empty());
         let mut unknown = used.filter(|(name, _, _)| !materials.contains_key(*name)).peekable();
         let Some(first) = unknown.peek().map(|&(_, _, at)| at) else { return };
@@ -62,7 +62,7 @@ impl<'a> Reporter<'a> {
 
     /// The material of faces in a file that names libraries and never a material: the libraries' only one. Says so, and where there
     /// are several.
-    pub fn unnamed_material(
+    pub(crate) fn unnamed_material(
         &mut self,
         census: &Census,
         materials: &BTreeMap<String, MaterialDescription>,
@@ -79,7 +79,7 @@ impl<'a> Reporter<'a> {
     }
 
     /// The first failure of a pass, with its place.
-    pub fn error(&self, failure: Failure) -> Error {
+    pub(crate) fn error(&self, failure: Failure) -> Error {
         let located = match failure {
             Failure::Io(error) => Err(error),
             Failure::Fault(fault) => self
@@ -90,7 +90,7 @@ impl<'a> Reporter<'a> {
     }
 
     /// All warnings, in the order of the file.
-    pub fn finish(mut self) -> Result<Vec<Warning>> {
+    pub(crate) fn finish(mut self) -> Result<Vec<Warning>> {
         self.notes.sort_by_key(|(at, _)| *at);
         let offsets: Vec<u64> = self.notes.iter().map(|(at, _)| *at).collect();
         let places = self.locate(&offsets).map_err(Error::io(self.path()))?;

@@ -12,13 +12,13 @@ const UNKNOWN_KINDS: usize = 16;
 /// Numbers of vertices of each sort.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Counts {
-    pub positions: usize,
-    pub uvs: usize,
-    pub normals: usize,
+    pub(crate) positions: usize,
+    pub(crate) uvs: usize,
+    pub(crate) normals: usize,
 }
 
 impl Counts {
-    pub fn plus(self, other: Counts) -> Counts {
+    pub(crate) fn plus(self, other: Counts) -> Counts {
         Counts {
             positions: self.positions + other.positions,
             uvs: self.uvs + other.uvs,
@@ -30,35 +30,35 @@ impl Counts {
 /// How often something was met, and the offset of the first time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tally {
-    pub first: u64,
-    pub count: usize,
+    pub(crate) first: u64,
+    pub(crate) count: usize,
 }
 
 /// What one block, or the file, holds.
 #[derive(Debug, Default)]
 pub(super) struct Census {
-    pub counts: Counts,
-    pub triangles: usize,
+    pub(crate) counts: Counts,
+    pub(crate) triangles: usize,
     /// Where the material changes: the first triangle after it, the name, the offset.
-    pub switches: Vec<Switch>,
-    pub names: Vec<String>,
+    pub(crate) switches: Vec<Switch>,
+    pub(crate) names: Vec<String>,
     /// `mtllib` statements: offset and argument.
-    pub libraries: Vec<(u64, Vec<u8>)>,
+    pub(crate) libraries: Vec<(u64, Vec<u8>)>,
     /// Faces with fewer than three corners.
-    pub slivers: Option<Tally>,
+    pub(crate) slivers: Option<Tally>,
     /// Points and lines.
-    pub strokes: Option<Tally>,
-    pub unknown: BTreeMap<String, Tally>,
+    pub(crate) strokes: Option<Tally>,
+    pub(crate) unknown: BTreeMap<String, Tally>,
     /// Unknown statements of further kinds.
-    pub others: Option<Tally>,
+    pub(crate) others: Option<Tally>,
 }
 
 /// A `usemtl`: `name` is an index into [`Census::names`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Switch {
-    pub triangle: usize,
-    pub name: usize,
-    pub at: u64,
+    pub(crate) triangle: usize,
+    pub(crate) name: usize,
+    pub(crate) at: u64,
 }
 
 /// Counts a block of whole lines. Offsets are relative to `text`.
@@ -131,7 +131,7 @@ impl Census {
     }
 
     /// Triangles in a row with the same material: its name, "" before any `usemtl`, and where it was named.
-    pub fn runs(&self) -> impl Iterator<Item = (&str, Range<usize>, u64)> {
+    pub(crate) fn runs(&self) -> impl Iterator<Item = (&str, Range<usize>, u64)> {
         let first = self.switches.first().map_or(self.triangles, |s| s.triangle);
         let ends = self.switches.iter().skip(1).map(|s| s.triangle).chain([self.triangles]);
         let named = self.switches.iter().zip(ends);

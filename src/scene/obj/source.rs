@@ -15,17 +15,17 @@ const PROBE: u64 = 4096;
 /// A place in a text, as a byte offset, and what is wrong there.
 #[derive(Debug, PartialEq)]
 pub(super) struct Fault {
-    pub at: u64,
-    pub message: String,
+    pub(crate) at: u64,
+    pub(crate) message: String,
 }
 
 impl Fault {
-    pub fn new(at: usize, message: impl Into<String>) -> Fault {
+    pub(crate) fn new(at: usize, message: impl Into<String>) -> Fault {
         Fault { at: at as u64, message: message.into() }
     }
 
     /// The same fault where the text is itself at `offset` of a longer one.
-    pub fn shifted(mut self, offset: u64) -> Fault {
+    pub(crate) fn shifted(mut self, offset: u64) -> Fault {
         self.at += offset;
         self
     }
@@ -59,7 +59,7 @@ enum Store {
 }
 
 impl Source {
-    pub fn open(path: &Path) -> Result<Source> {
+    pub(crate) fn open(path: &Path) -> Result<Source> {
         let file = std::fs::metadata(path).map_err(Error::io(path))?;
         let source = Source { path: path.to_path_buf(), store: Store::File, len: file.len() };
         if !file.is_file() {
@@ -76,13 +76,13 @@ impl Source {
         Ok(source)
     }
 
-    pub fn memory(path: &Path, mut bytes: Vec<u8>) -> Source {
+    pub(crate) fn memory(path: &Path, mut bytes: Vec<u8>) -> Source {
         lines::convert_cr(&mut bytes);
         let len = bytes.len() as u64;
         Source { path: path.to_path_buf(), store: Store::Memory(bytes), len }
     }
 
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
@@ -108,7 +108,7 @@ impl Source {
     }
 
     /// Cuts the file into blocks of at least `size` bytes (but for the last) that end where a logical line ends.
-    pub fn blocks(&self, size: u64) -> io::Result<Vec<Range<u64>>> {
+    pub(crate) fn blocks(&self, size: u64) -> io::Result<Vec<Range<u64>>> {
         let mut blocks = Vec::new();
         let mut start = 0;
         while start < self.len {
@@ -142,7 +142,7 @@ impl Source {
 
     /// Runs `work` on every task's block with continuation lines joined, on all threads. The results are in the order
     /// of the blocks; of several failures the first in the file is returned, whatever the threads did.
-    pub fn each_block<S: Send, T: Send>(
+    pub(crate) fn each_block<S: Send, T: Send>(
         &self,
         tasks: Vec<(Range<u64>, S)>,
         work: impl Fn(S, &[u8]) -> Result<T, Fault> + Sync,
@@ -159,7 +159,7 @@ impl Source {
     }
 
     /// Physical line ends in each block.
-    pub fn count_lines(&self, blocks: &[Range<u64>]) -> io::Result<Vec<usize>> {
+    pub(crate) fn count_lines(&self, blocks: &[Range<u64>]) -> io::Result<Vec<usize>> {
         blocks
             .par_iter()
             .map_init(Vec::new, |buffer, range| {
@@ -170,7 +170,7 @@ impl Source {
     }
 
     /// Line and column (bytes), both from 1, of a byte in `block`, whose first line is number `first`.
-    pub fn position(&self, at: u64, block: Range<u64>, first: usize) -> io::Result<(usize, usize)> {
+    pub(crate) fn position(&self, at: u64, block: Range<u64>, first: usize) -> io::Result<(usize, usize)> {
         let mut buffer = Vec::new();
         self.read(block.start..at.min(block.end), &mut buffer)?;
         let line = first + memchr::memchr_iter(b'\n', &buffer).count();

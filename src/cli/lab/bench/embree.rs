@@ -10,7 +10,7 @@ use clap::Args;
 use std::path::PathBuf;
 
 #[derive(Args)]
-pub struct EmbreeArguments {
+pub(crate) struct EmbreeArguments {
     #[command(flatten)]
     subject: Subject,
     /// Samples per pixel of each frame.
@@ -32,7 +32,7 @@ pub struct EmbreeArguments {
     output: Output,
 }
 
-pub fn run(arguments: &EmbreeArguments) -> Result<()> {
+pub(crate) fn run(arguments: &EmbreeArguments) -> Result<()> {
     let EmbreeArguments { subject, output, .. } = arguments;
     output.check()?;
     let program = program(arguments)?;

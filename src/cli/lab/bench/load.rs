@@ -12,7 +12,7 @@ use clap::Args;
 use std::path::PathBuf;
 
 #[derive(Args)]
-pub struct LoadArguments {
+pub(crate) struct LoadArguments {
     /// Model (.obj).
     model: PathBuf,
     #[command(flatten)]
@@ -21,7 +21,7 @@ pub struct LoadArguments {
     output: Output,
 }
 
-pub fn run(arguments: &LoadArguments) -> Result<()> {
+pub(crate) fn run(arguments: &LoadArguments) -> Result<()> {
     let LoadArguments { model, machine, output } = arguments;
     output.check()?;
     let threads = machine.start(false)?;

@@ -12,7 +12,7 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
-pub struct MitsubaArguments {
+pub(crate) struct MitsubaArguments {
     #[command(flatten)]
     subject: Subject,
     /// Samples per pixel of each render.
@@ -28,7 +28,7 @@ pub struct MitsubaArguments {
     output: Output,
 }
 
-pub fn run(arguments: &MitsubaArguments) -> Result<()> {
+pub(crate) fn run(arguments: &MitsubaArguments) -> Result<()> {
     let MitsubaArguments { subject, output, .. } = arguments;
     output.check()?;
     if let Some(path) = arguments.python.as_ref().filter(|path| !path.is_file()) {

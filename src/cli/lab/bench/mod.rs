@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Args)]
-pub struct BenchArguments {
+pub(crate) struct BenchArguments {
     #[command(subcommand)]
     command: Bench,
 }
@@ -37,7 +37,7 @@ enum Bench {
     Mitsuba(mitsuba::MitsubaArguments),
 }
 
-pub fn run(arguments: &BenchArguments) -> Result<ExitCode> {
+pub(crate) fn run(arguments: &BenchArguments) -> Result<ExitCode> {
     match &arguments.command {
         Bench::Rays(arguments) => rays::run(arguments)?,
         Bench::Render(arguments) => render::run(arguments)?,

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 const SCHEMA: u32 = 2;
 
 #[derive(Args)]
-pub struct Output {
+pub(crate) struct Output {
     /// How often every variant takes its turn; medians are printed, with intervals.
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u16).range(1..))]
     turns: u16,
@@ -42,12 +42,12 @@ struct Head<'a, T> {
 }
 
 impl Output {
-    pub fn turns(&self) -> usize {
+    pub(crate) fn turns(&self) -> usize {
         self.turns as usize
     }
 
     /// Refuses files that could not be written, before anything is measured.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         if let Some(path) = &self.svg {
             if path.extension().is_none_or(|e| e != "svg") {
                 bail!("{}: charts are written as .svg", path.display());
@@ -59,13 +59,13 @@ impl Output {
     }
 
     /// What intervals mean, for the foot of a table and the note of a chart.
-    pub fn intervals(&self) -> String {
+    pub(crate) fn intervals(&self) -> String {
         let n = self.turns();
         format!("medians of {n} turns [{:.0} % intervals from order statistics]", 100.0 * confidence(n))
     }
 
     /// Prints and writes what was asked for.
-    pub fn write<T: Serialize>(
+    pub(crate) fn write<T: Serialize>(
         &self,
         bench: &'static str,
         subject: &Path,
@@ -94,11 +94,11 @@ impl Output {
 }
 
 /// Rows under headings; the first column is flush left.
-pub struct Table {
-    pub title: String,
-    pub headings: Vec<&'static str>,
-    pub rows: Vec<Vec<String>>,
-    pub foot: String,
+pub(crate) struct Table {
+    pub(crate) title: String,
+    pub(crate) headings: Vec<&'static str>,
+    pub(crate) rows: Vec<Vec<String>>,
+    pub(crate) foot: String,
 }
 
 impl Table {
@@ -120,11 +120,11 @@ impl Table {
 }
 
 /// A median and its interval.
-pub fn written(m: &Median, digits: usize) -> String {
+pub(crate) fn written(m: &Median, digits: usize) -> String {
     format!("{:.digits$} [{:.digits$}, {:.digits$}]", m.median, m.low, m.high)
 }
 
 /// The same where there may be none.
-pub fn written_or(m: &Option<Median>, digits: usize) -> String {
+pub(crate) fn written_or(m: &Option<Median>, digits: usize) -> String {
     m.as_ref().map_or("-".into(), |m| written(m, digits))
 }

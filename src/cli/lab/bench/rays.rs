@@ -8,7 +8,7 @@ use anyhow::Result;
 use clap::Args;
 
 #[derive(Args)]
-pub struct RaysArguments {
+pub(crate) struct RaysArguments {
     #[command(flatten)]
     subject: Subject,
     /// Samples per pixel of the render whose rays are kept, 32 bytes each.
@@ -18,7 +18,7 @@ pub struct RaysArguments {
     output: Output,
 }
 
-pub fn run(arguments: &RaysArguments) -> Result<()> {
+pub(crate) fn run(arguments: &RaysArguments) -> Result<()> {
     let RaysArguments { subject, spp, output } = arguments;
     output.check()?;
     let (description, scene) = subject.load(&[format!("render.spp={spp}")])?;

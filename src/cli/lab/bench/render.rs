@@ -10,7 +10,7 @@ use clap::Args;
 use serde::Serialize;
 
 #[derive(Args)]
-pub struct RenderArguments {
+pub(crate) struct RenderArguments {
     #[command(flatten)]
     subject: Subject,
     /// Samples per pixel of each render.
@@ -35,7 +35,7 @@ struct Report {
     methods: Vec<MethodReport>,
 }
 
-pub fn run(arguments: &RenderArguments) -> Result<()> {
+pub(crate) fn run(arguments: &RenderArguments) -> Result<()> {
     let RenderArguments { subject, spp, methods, output } = arguments;
     output.check()?;
     let (description, scene) = subject.load(&[format!("render.spp={spp}")])?;

@@ -7,17 +7,17 @@ use crate::lab::compare::schedule::Watcher;
 use std::cell::RefCell;
 
 /// Lines on standard error, with a bar for what is being rendered.
-pub struct Screen {
+pub(crate) struct Screen {
     quiet: bool,
     now: RefCell<Option<(String, Bar)>>,
 }
 
 impl Screen {
-    pub fn new(quiet: bool) -> Screen {
+    pub(crate) fn new(quiet: bool) -> Screen {
         Screen { quiet, now: RefCell::new(None) }
     }
 
-    pub fn show(&self, event: &Event) {
+    pub(crate) fn show(&self, event: &Event) {
         let (label, announced, progress) = match event {
             Event::Pilot { scene, method, progress } => (format!("{scene}: a pilot run of {method}"), true, progress),
             Event::Reference { scene, wanted, progress } => {

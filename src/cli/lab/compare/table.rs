@@ -21,7 +21,7 @@ const HEADINGS: [&str; 11] = [
 ];
 
 /// The lines of it: the cells, scene by scene and budget by budget, and what they were compared with.
-pub fn lines(plan: &Plan, store: &Store, cells: &[Cell]) -> Vec<String> {
+pub(crate) fn lines(plan: &Plan, store: &Store, cells: &[Cell]) -> Vec<String> {
     let mut lines = Vec::new();
     for entry in &plan.scenes {
         let scene = entry.name();

@@ -21,7 +21,7 @@ struct File<'a> {
 
 /// What a preset cost and how far it is from the reference.
 #[derive(Serialize)]
-pub struct Row {
+pub(crate) struct Row {
     preset: &'static str,
     compared_with: &'static str,
     about: &'static str,
@@ -50,7 +50,7 @@ pub struct Row {
 }
 
 impl Row {
-    pub fn new(preset: &Preset, rendering: &Rendering, reference: &Image, q: Option<Comparison>) -> Result<Row> {
+    pub(crate) fn new(preset: &Preset, rendering: &Rendering, reference: &Image, q: Option<Comparison>) -> Result<Row> {
         let e = &rendering.estimate;
         let image = Image { width: e.width as usize, height: e.height as usize, data: e.mean.clone() };
         let total = crate::cli::report::total(&rendering.iterations);
@@ -135,14 +135,14 @@ const HEADINGS: [&str; 12] = [
 ];
 
 /// Prints the rows as a Markdown table; the first iteration stands before the arrow, the last behind it.
-pub fn print(rows: &[Row]) -> Result<()> {
+pub(crate) fn print(rows: &[Row]) -> Result<()> {
     let line = |cells: &[String]| format!("| {} |", cells.join(" | "));
     crate::cli::print(&line(&HEADINGS.map(String::from)))?;
     crate::cli::print(&line(&HEADINGS.map(|_| "---".to_string())))?;
     rows.iter().try_for_each(|row| crate::cli::print(&line(&row.cells(rows))))
 }
 
-pub fn write(rows: &[Row], path: &Path) -> Result<()> {
+pub(crate) fn write(rows: &[Row], path: &Path) -> Result<()> {
     let text = serde_json::to_string_pretty(&File { platform: Platform::here()?, presets: rows })? + "\n";
     Ok(write_atomically(path, |file| file.write_all(text.as_bytes()))?)
 }

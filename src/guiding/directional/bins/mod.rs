@@ -6,11 +6,11 @@ mod rows;
 mod sphere;
 mod strata;
 
-pub use directions::BinDirections;
-pub use hemisphere::HemisphereBins;
-pub use sphere::SphereBins;
+pub(crate) use directions::BinDirections;
+pub(crate) use hemisphere::HemisphereBins;
+pub(crate) use sphere::SphereBins;
 pub(super) use strata::mean_cosine;
-pub use strata::{Domain, Strata};
+pub(crate) use strata::{Domain, Strata};
 
 use super::{Entry, PROFILE};
 use crate::guiding::settings::Rate;

@@ -11,11 +11,11 @@ mod model;
 mod shape;
 mod square;
 
-pub use directions::TreeDirections;
-pub use lanes::{densities, draw as draw_lanes};
-pub use learnt::LearntTree;
-pub use model::HemisphereTree;
-pub use shape::TreeShape;
+pub(crate) use directions::TreeDirections;
+pub(crate) use lanes::{densities, draw as draw_lanes};
+pub(crate) use learnt::LearntTree;
+pub(crate) use model::HemisphereTree;
+pub(crate) use shape::TreeShape;
 
 use super::Entry;
 use crate::math::warp;

@@ -4,10 +4,10 @@ mod building;
 mod frozen;
 mod model;
 
-pub use frozen::Quadtree;
-pub use model::SphereQuadtree;
+pub(crate) use frozen::Quadtree;
+pub(crate) use model::SphereQuadtree;
 #[cfg(test)]
-pub use {
+pub(crate) use {
     building::Fineness,
     frozen::{Branch, QuadNode, encode},
 };

@@ -17,7 +17,7 @@ mod sites;
 #[cfg(test)]
 mod tests;
 
-pub use partition::SurfaceVoronoi;
+pub(crate) use partition::SurfaceVoronoi;
 pub use sites::{Facet, sites_by_area, sites_from_visits};
 
 use crate::math::Frame;

@@ -8,14 +8,14 @@ use serde::Serialize;
 
 /// How far two pictures agree.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Agreement {
+pub(crate) struct Agreement {
     /// Mean luminance of Phototaxis' picture over that of the other.
-    pub brightness: f64,
+    pub(crate) brightness: f64,
     /// Standard error of that ratio, by Phototaxis' own variances, which are taken for the other's too.
-    pub noise: f64,
+    pub(crate) noise: f64,
     /// The largest difference in units of what is tolerated: of the whole picture's channels, and of the luminance of
     /// each of its regions.
-    pub worst: f64,
+    pub(crate) worst: f64,
 }
 
 /// Tolerated differences of the whole picture's mean, as a share of it.
@@ -35,18 +35,18 @@ const MOST_NOISE: f64 = 0.05;
 
 /// The mean of pictures, with variances where they are known.
 #[derive(Clone, Debug)]
-pub struct Mean {
-    pub image: Image,
+pub(crate) struct Mean {
+    pub(crate) image: Image,
     variance: Vec<Rgb>,
     count: f32,
 }
 
 impl Mean {
-    pub fn new(width: usize, height: usize) -> Mean {
+    pub(crate) fn new(width: usize, height: usize) -> Mean {
         Mean { image: Image::new(width, height), variance: vec![Rgb::ZERO; width * height], count: 0.0 }
     }
 
-    pub fn add_estimate(&mut self, estimate: &Estimate) {
+    pub(crate) fn add_estimate(&mut self, estimate: &Estimate) {
         self.add(&estimate.mean);
         let weight = 1.0 / (self.count * self.count);
         let kept = ((self.count - 1.0) / self.count).powi(2);
@@ -55,7 +55,7 @@ impl Mean {
         }
     }
 
-    pub fn add(&mut self, pixels: &[Rgb]) {
+    pub(crate) fn add(&mut self, pixels: &[Rgb]) {
         self.count += 1.0;
         for (mean, &more) in self.image.data.iter_mut().zip(pixels) {
             *mean += (more - *mean) / self.count;
@@ -108,7 +108,7 @@ impl Sums {
 ///
 /// # Errors
 /// Black pictures, and too much noise to tell.
-pub fn agreement(ours: &Mean, theirs: &Image) -> Result<Agreement> {
+pub(crate) fn agreement(ours: &Mean, theirs: &Image) -> Result<Agreement> {
     const LUMINANCE: usize = 3;
     let Image { width, height, .. } = ours.image;
     let (mut whole, mut regions) = (Sums::default(), [Sums::default(); REGIONS * REGIONS]);

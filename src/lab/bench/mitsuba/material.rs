@@ -7,7 +7,7 @@ use crate::scene::description::MaterialDescription;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 
 /// The BSDF with this id, or what of it Mitsuba does not have.
-pub fn bsdf(material: &MaterialDescription, id: &str) -> Result<Element, String> {
+pub(crate) fn bsdf(material: &MaterialDescription, id: &str) -> Result<Element, String> {
     let opaque = matches!(&material.opacity, None | Some(ScalarTexture::Constant(1.0)));
     if !opaque {
         return Err("opacity: Mitsuba's `mask` counts as a bounce and stops shadow rays".into());
@@ -22,7 +22,7 @@ pub fn bsdf(material: &MaterialDescription, id: &str) -> Result<Element, String>
 }
 
 /// Whether any of its colours is a picture.
-pub fn textured(material: &MaterialDescription) -> bool {
+pub(crate) fn textured(material: &MaterialDescription) -> bool {
     let textures = crate::bsdf::color_textures(&material.bsdf);
     textures.into_iter().flatten().any(|texture| matches!(texture, ColorTexture::Image(_)))
 }

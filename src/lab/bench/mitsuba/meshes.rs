@@ -6,15 +6,15 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 /// Triangles of one material that all have normals at their corners, or all go without.
-pub struct Part {
-    pub material: u32,
-    pub smooth: bool,
+pub(crate) struct Part {
+    pub(crate) material: u32,
+    pub(crate) smooth: bool,
     /// Mesh and triangle.
     triangles: Vec<(usize, usize)>,
 }
 
 /// All triangles. Materials of which `flat` is true do without normals at corners.
-pub fn parts(meshes: &[Mesh], flat: impl Fn(u32) -> bool) -> Vec<Part> {
+pub(crate) fn parts(meshes: &[Mesh], flat: impl Fn(u32) -> bool) -> Vec<Part> {
     let mut sorted: BTreeMap<(u32, bool), Vec<(usize, usize)>> = BTreeMap::new();
     for (m, mesh) in meshes.iter().enumerate() {
         for (t, &material) in mesh.materials.iter().enumerate() {
@@ -31,7 +31,7 @@ fn normals(mesh: &Mesh, triangle: usize) -> Option<[[f32; 3]; 3]> {
 }
 
 /// Where all triangles have none of their own, texture coordinates are the barycentric weights that stand for them.
-pub fn write(file: &mut dyn Write, meshes: &[Mesh], part: &Part, textured: bool) -> io::Result<()> {
+pub(crate) fn write(file: &mut dyn Write, meshes: &[Mesh], part: &Part, textured: bool) -> io::Result<()> {
     let (mut positions, mut uvs, mut directions) = (Pool::new("v"), Pool::new("vt"), Pool::new("vn"));
     for &(m, t) in &part.triangles {
         let mesh = &meshes[m];

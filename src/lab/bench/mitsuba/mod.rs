@@ -13,7 +13,7 @@ mod tests;
 mod translation;
 mod xml;
 
-pub use agreement::Agreement;
+pub(crate) use agreement::Agreement;
 
 use super::own::{OurFigures, Own};
 use super::{median, settings};
@@ -33,51 +33,51 @@ use tempfile::TempDir;
 use translation::Translation;
 
 /// The variants that are measured.
-pub const VARIANTS: [&str; 2] = ["scalar_rgb", "llvm_ad_rgb"];
+pub(crate) const VARIANTS: [&str; 2] = ["scalar_rgb", "llvm_ad_rgb"];
 
 /// What all do.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct MitsubaPlan {
+pub(crate) struct MitsubaPlan {
     /// Samples per pixel of each render.
-    pub spp: u32,
-    pub threads: usize,
+    pub(crate) spp: u32,
+    pub(crate) threads: usize,
 }
 
 /// A variant that cannot run here, and why.
 #[derive(Clone, Debug, Serialize)]
-pub struct Missing {
-    pub variant: &'static str,
-    pub reason: String,
+pub(crate) struct Missing {
+    pub(crate) variant: &'static str,
+    pub(crate) reason: String,
 }
 
 /// All renderers' figures.
 #[derive(Clone, Debug, Serialize)]
-pub struct MitsubaReport {
-    pub width: u32,
-    pub height: u32,
-    pub triangles: usize,
-    pub max_depth: u32,
-    pub plan: MitsubaPlan,
-    pub phototaxis: OurFigures,
-    pub mitsuba: Vec<MitsubaFigures>,
-    pub missing: Vec<Missing>,
+pub(crate) struct MitsubaReport {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) triangles: usize,
+    pub(crate) max_depth: u32,
+    pub(crate) plan: MitsubaPlan,
+    pub(crate) phototaxis: OurFigures,
+    pub(crate) mitsuba: Vec<MitsubaFigures>,
+    pub(crate) missing: Vec<Missing>,
 }
 
 /// Of one variant. Rates are of all threads together.
 #[derive(Clone, Debug, Serialize)]
-pub struct MitsubaFigures {
-    pub variant: &'static str,
-    pub version: String,
-    pub msamples_per_second: Median,
-    pub msamples_per_cpu_second: Option<Median>,
+pub(crate) struct MitsubaFigures {
+    pub(crate) variant: &'static str,
+    pub(crate) version: String,
+    pub(crate) msamples_per_second: Median,
+    pub(crate) msamples_per_cpu_second: Option<Median>,
     /// Phototaxis' figures over these, turn by turn.
-    pub ratio: Median,
-    pub cpu_ratio: Option<Median>,
-    pub agreement: Agreement,
+    pub(crate) ratio: Median,
+    pub(crate) cpu_ratio: Option<Median>,
+    pub(crate) agreement: Agreement,
 }
 
 /// All renderers, each with the scene loaded.
-pub struct Mitsuba {
+pub(crate) struct Mitsuba {
     plan: MitsubaPlan,
     translation: Translation,
     scene: Scene,
@@ -94,7 +94,12 @@ impl Mitsuba {
     ///
     /// # Errors
     /// [`Error::Scene`] names what Mitsuba has no counterpart of; and where a process fails to load the scene.
-    pub fn start(description: &SceneFile, plan: MitsubaPlan, python: &Path, keep: Option<&Path>) -> Result<Mitsuba> {
+    pub(crate) fn start(
+        description: &SceneFile,
+        plan: MitsubaPlan,
+        python: &Path,
+        keep: Option<&Path>,
+    ) -> Result<Mitsuba> {
         let temporary = match keep {
             None => Some(TempDir::with_prefix("phototaxis-bench-").map_err(Error::io(std::env::temp_dir()))?),
             Some(folder) => std::fs::create_dir_all(folder).map(|()| None).map_err(Error::io(folder))?,
@@ -114,12 +119,12 @@ impl Mitsuba {
     }
 
     /// The variants that will not be measured.
-    pub fn missing(&self) -> &[Missing] {
+    pub(crate) fn missing(&self) -> &[Missing] {
         &self.missing
     }
 
     /// What loading the scene has to say.
-    pub fn warnings(&self) -> &[String] {
+    pub(crate) fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
@@ -127,7 +132,7 @@ impl Mitsuba {
     ///
     /// # Errors
     /// A process that fails, and pictures that are not the same but for noise.
-    pub fn measure(mut self, turns: usize) -> Result<MitsubaReport> {
+    pub(crate) fn measure(mut self, turns: usize) -> Result<MitsubaReport> {
         let (width, height) = (self.scene.camera.width as usize, self.scene.camera.height as usize);
         let mut taken = Vec::new();
         let mut pictures = vec![Mean::new(width, height); 1 + self.processes.len()];

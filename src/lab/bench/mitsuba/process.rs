@@ -11,9 +11,9 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 const DRIVER: &str = include_str!("driver.py");
 
 /// A variant that waits for orders.
-pub struct Process {
-    pub variant: &'static str,
-    pub version: String,
+pub(crate) struct Process {
+    pub(crate) variant: &'static str,
+    pub(crate) version: String,
     program: PathBuf,
     child: Child,
     orders: ChildStdin,
@@ -23,7 +23,7 @@ pub struct Process {
 }
 
 /// What starting one comes to.
-pub enum Started {
+pub(crate) enum Started {
     Ready(Process),
     /// There is no such interpreter, module, variant or compiler.
     Missing(String),
@@ -31,10 +31,10 @@ pub enum Started {
 
 /// One render.
 #[derive(Clone, Copy, Debug, Deserialize)]
-pub struct Timing {
-    pub seconds: f64,
+pub(crate) struct Timing {
+    pub(crate) seconds: f64,
     /// Processor seconds of all threads.
-    pub cpu_seconds: f64,
+    pub(crate) cpu_seconds: f64,
 }
 
 #[derive(Serialize)]
@@ -56,7 +56,7 @@ impl Process {
     ///
     /// # Errors
     /// A process that ends, or says anything else than what the driver says.
-    pub fn start(program: &Path, variant: &'static str, file: &Path, threads: usize) -> Result<Started> {
+    pub(crate) fn start(program: &Path, variant: &'static str, file: &Path, threads: usize) -> Result<Started> {
         let [driver, log] = ["driver.py".to_owned(), format!("{variant}.log")].map(|name| file.with_file_name(name));
         write_atomically(&driver, |out| out.write_all(DRIVER.as_bytes()))?;
         let errors = File::create(&log).map_err(Error::io(&log))?;
@@ -81,12 +81,12 @@ impl Process {
     }
 
     #[cfg(test)]
-    pub fn id(&self) -> u32 {
+    pub(crate) fn id(&self) -> u32 {
         self.child.id()
     }
 
     /// Renders, and leaves the picture as OpenEXR in `picture`.
-    pub fn render(&mut self, spp: u32, seed: u32, picture: &Path) -> Result<Timing> {
+    pub(crate) fn render(&mut self, spp: u32, seed: u32, picture: &Path) -> Result<Timing> {
         let order = serde_json::to_string(&Order { spp, seed, picture }).expect("numbers and a path are JSON");
         if writeln!(self.orders, "{order}").and_then(|()| self.orders.flush()).is_err() {
             return Err(self.ended());

@@ -17,11 +17,11 @@ use glam::{Affine3A, Vec3};
 use std::path::{Path, PathBuf};
 
 /// What both renderers are told.
-pub struct Translation {
+pub(crate) struct Translation {
     /// What Phototaxis renders.
-    pub description: SceneFile,
+    pub(crate) description: SceneFile,
     /// What Mitsuba does.
-    pub file: PathBuf,
+    pub(crate) file: PathBuf,
 }
 
 /// Near and far planes of the camera, as shares of the scene's size: nothing is to be cut off.
@@ -36,7 +36,7 @@ impl Translation {
     ///
     /// # Errors
     /// [`Error::Scene`] names what Mitsuba has no counterpart of.
-    pub fn write(description: &SceneFile, spp: u32, folder: &Path) -> Result<Translation> {
+    pub(crate) fn write(description: &SceneFile, spp: u32, folder: &Path) -> Result<Translation> {
         let gathered = LoadedAssets::of(&description.scene)?;
         let description = same_work(description, &gathered, spp)?;
         let mut root = Element::new("scene").attribute("version", "3.0.0").child(integrator(&description));

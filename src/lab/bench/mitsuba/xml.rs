@@ -7,54 +7,54 @@ use std::fmt::{self, Display, Formatter};
 
 /// A tag with its attributes and what stands in it.
 #[derive(Clone, Debug)]
-pub struct Element {
+pub(crate) struct Element {
     tag: String,
     attributes: String,
     children: Vec<Element>,
 }
 
 impl Element {
-    pub fn new(tag: &str) -> Element {
+    pub(crate) fn new(tag: &str) -> Element {
         Element { tag: tag.to_owned(), attributes: String::new(), children: Vec::new() }
     }
 
-    pub fn attribute(mut self, name: &str, value: impl Display) -> Element {
+    pub(crate) fn attribute(mut self, name: &str, value: impl Display) -> Element {
         self.attributes.push_str(&format!(" {name}=\"{}\"", escape(&value.to_string())));
         self
     }
 
     /// The plug-in's name.
-    pub fn kind(self, name: &str) -> Element {
+    pub(crate) fn kind(self, name: &str) -> Element {
         self.attribute("type", name)
     }
 
-    pub fn child(mut self, child: Element) -> Element {
+    pub(crate) fn child(mut self, child: Element) -> Element {
         self.children.push(child);
         self
     }
 
-    pub fn value(self, tag: &str, name: &str, value: impl Display) -> Element {
+    pub(crate) fn value(self, tag: &str, name: &str, value: impl Display) -> Element {
         self.child(Element::new(tag).attribute("name", name).attribute("value", value))
     }
 
-    pub fn float(self, name: &str, value: f32) -> Element {
+    pub(crate) fn float(self, name: &str, value: f32) -> Element {
         self.value("float", name, value)
     }
 
-    pub fn integer(self, name: &str, value: i64) -> Element {
+    pub(crate) fn integer(self, name: &str, value: i64) -> Element {
         self.value("integer", name, value)
     }
 
-    pub fn string(self, name: &str, value: &str) -> Element {
+    pub(crate) fn string(self, name: &str, value: &str) -> Element {
         self.value("string", name, value)
     }
 
-    pub fn color(self, name: &str, value: Rgb) -> Element {
+    pub(crate) fn color(self, name: &str, value: Rgb) -> Element {
         self.child(Element::rgb(name, value))
     }
 
     /// A colour by itself.
-    pub fn rgb(name: &str, value: Rgb) -> Element {
+    pub(crate) fn rgb(name: &str, value: Rgb) -> Element {
         Element::new("rgb").attribute("name", name).attribute("value", numbers(value))
     }
 
@@ -76,6 +76,6 @@ impl Display for Element {
 }
 
 /// Three numbers as Mitsuba takes them.
-pub fn numbers(v: Vec3) -> String {
+pub(crate) fn numbers(v: Vec3) -> String {
     v.to_array().map(|x| x.to_string()).join(", ")
 }

@@ -27,28 +27,28 @@ use std::path::Path;
 /// Both renderers' figures.
 #[derive(Clone, Debug, Serialize)]
 pub struct EmbreeReport {
-    pub width: u32,
-    pub height: u32,
-    pub triangles: usize,
-    pub plan: EmbreePlan,
-    pub light: PointLight,
-    pub phototaxis: OurFigures,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) triangles: usize,
+    pub(crate) plan: EmbreePlan,
+    pub(crate) light: PointLight,
+    pub(crate) phototaxis: OurFigures,
     /// `None` where the program is not installed.
-    pub pathtracer: Option<EmbreeFigures>,
+    pub(crate) pathtracer: Option<EmbreeFigures>,
 }
 
 /// As the program prints them, and from the processor time of whole runs of it.
 #[derive(Clone, Debug, Serialize)]
 pub struct EmbreeFigures {
-    pub msamples_per_second: Median,
-    pub mrays_per_second: Median,
+    pub(crate) msamples_per_second: Median,
+    pub(crate) mrays_per_second: Median,
     /// From the difference between a long and a short run, in which loading and building cancel.
-    pub msamples_per_cpu_second: Option<Median>,
-    pub rays_per_sample: f64,
+    pub(crate) msamples_per_cpu_second: Option<Median>,
+    pub(crate) rays_per_sample: f64,
     /// Phototaxis' figures over these, turn by turn: samples per second, samples and rays per processor second.
-    pub ratio: Median,
-    pub cpu_ratio: Option<Median>,
-    pub cpu_ray_ratio: Option<Median>,
+    pub(crate) ratio: Median,
+    pub(crate) cpu_ratio: Option<Median>,
+    pub(crate) cpu_ray_ratio: Option<Median>,
 }
 
 /// Measures both in turns. `program` is what [`find_pathtracer`] found; without it only Phototaxis is measured.

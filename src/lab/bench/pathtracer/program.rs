@@ -11,14 +11,14 @@ use std::process::Command;
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct EmbreePlan {
     /// Samples per pixel and frame. Phototaxis renders all frames' samples as one picture.
-    pub spp: u32,
-    pub frames: u32,
+    pub(crate) spp: u32,
+    pub(crate) frames: u32,
     /// Segments of a path at most.
-    pub depth: u32,
+    pub(crate) depth: u32,
     /// Of every surface, in all colours.
-    pub albedo: f32,
+    pub(crate) albedo: f32,
     /// Threads; 0 takes all of the machine's.
-    pub threads: usize,
+    pub(crate) threads: usize,
 }
 
 /// Names of the program in Debian 13 and 12.
@@ -31,27 +31,27 @@ pub fn find_pathtracer(path: &std::ffi::OsStr) -> Option<PathBuf> {
 }
 
 /// What its frames took.
-pub struct Frames {
+pub(crate) struct Frames {
     /// Of the long run, as it prints them.
-    pub msamples_per_second: f64,
-    pub mrays_per_second: f64,
+    pub(crate) msamples_per_second: f64,
+    pub(crate) mrays_per_second: f64,
     msamples: f64,
     /// Processor seconds of all frames: loading, building and warming up are taken off.
     cpu_seconds: f64,
 }
 
 impl Frames {
-    pub fn msamples_per_cpu_second(&self) -> f64 {
+    pub(crate) fn msamples_per_cpu_second(&self) -> f64 {
         self.msamples / self.cpu_seconds
     }
 
-    pub fn rays_per_sample(&self) -> f64 {
+    pub(crate) fn rays_per_sample(&self) -> f64 {
         self.mrays_per_second / self.msamples_per_second
     }
 }
 
 /// A run with one frame and one with `plan.frames` more, each after a frame that is not counted.
-pub fn run(program: &Path, stand_in: &StandIn, plan: &EmbreePlan) -> Result<Frames> {
+pub(crate) fn run(program: &Path, stand_in: &StandIn, plan: &EmbreePlan) -> Result<Frames> {
     let (short, _) = timed(program, stand_in, plan, 1)?;
     let (long, text) = timed(program, stand_in, plan, 1 + plan.frames)?;
     let figure = |key: &str| {

@@ -21,25 +21,25 @@ use tempfile::TempDir;
 /// The one light.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct PointLight {
-    pub position: Vec3,
+    pub(crate) position: Vec3,
     /// W/sr; so much that a surface half the scene's size away gets an irradiance of π.
-    pub intensity: Vec3,
+    pub(crate) intensity: Vec3,
     /// What its place comes from.
-    pub origin: &'static str,
+    pub(crate) origin: &'static str,
 }
 
 /// How far off an emitter the light hangs, as a share of the scene's radius.
 const HANGING: f32 = 0.01;
 
 /// The files, for as long as this lives, and what Phototaxis is told of them.
-pub struct StandIn {
+pub(crate) struct StandIn {
     folder: TempDir,
-    pub description: SceneFile,
-    pub light: PointLight,
+    pub(crate) description: SceneFile,
+    pub(crate) light: PointLight,
 }
 
 impl StandIn {
-    pub fn write(scene: &Scene, description: &SceneFile, plan: &EmbreePlan) -> Result<StandIn> {
+    pub(crate) fn write(scene: &Scene, description: &SceneFile, plan: &EmbreePlan) -> Result<StandIn> {
         let folder = TempDir::with_prefix("phototaxis-bench-").map_err(Error::io(std::env::temp_dir()))?;
         let model = folder.path().join(MODEL);
         write_atomically(&model, |file| write_model(file, scene.facets()))?;
@@ -51,11 +51,11 @@ impl StandIn {
         Ok(StandIn { folder, description, light })
     }
 
-    pub fn model(&self) -> PathBuf {
+    pub(crate) fn model(&self) -> PathBuf {
         self.folder.path().join(MODEL)
     }
 
-    pub fn camera(&self) -> &CameraDescription {
+    pub(crate) fn camera(&self) -> &CameraDescription {
         self.description.scene.camera.as_ref().expect("a stand-in is made with its camera")
     }
 }

@@ -2,7 +2,7 @@
 
 /// A line of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axis {
+pub(crate) struct Axis {
     low: f64,
     high: f64,
     logarithmic: bool,
@@ -10,14 +10,14 @@ pub struct Axis {
 
 impl Axis {
     /// Around positive values, with a margin; at least a factor of three is seen. `None` without values.
-    pub fn logarithmic(values: impl Iterator<Item = f64>) -> Option<Axis> {
+    pub(crate) fn logarithmic(values: impl Iterator<Item = f64>) -> Option<Axis> {
         let (low, high) = range(values.filter(|v| *v > 0.0))?;
         let margin = 1.12f64.max((3.0 * low / high).sqrt());
         Some(Axis { low: low / margin, high: high * margin, logarithmic: true })
     }
 
     /// Around values, with a margin; at least a tenth of the largest is seen. `None` without values.
-    pub fn linear(values: impl Iterator<Item = f64>) -> Option<Axis> {
+    pub(crate) fn linear(values: impl Iterator<Item = f64>) -> Option<Axis> {
         let (low, high) = range(values)?;
         let size = low.abs().max(high.abs());
         let margin = (0.06 * (high - low)).max(0.5 * (0.1 * size - (high - low))).max(1e-12);
@@ -25,24 +25,24 @@ impl Axis {
     }
 
     /// From 0 to a little above the largest of the values; `None` where that is not positive.
-    pub fn from_zero(values: impl Iterator<Item = f64>) -> Option<Axis> {
+    pub(crate) fn from_zero(values: impl Iterator<Item = f64>) -> Option<Axis> {
         let (_, high) = range(values).filter(|(_, high)| *high > 0.0)?;
         Some(Axis { low: 0.0, high: 1.03 * high, logarithmic: false })
     }
 
     /// 0 at the lower end, 1 at the upper; within, whatever the value.
-    pub fn place(&self, value: f64) -> f64 {
+    pub(crate) fn place(&self, value: f64) -> f64 {
         let map = |x: f64| if self.logarithmic { x.max(f64::MIN_POSITIVE).ln() } else { x };
         ((map(value) - map(self.low)) / (map(self.high) - map(self.low))).clamp(0.0, 1.0)
     }
 
     /// Whether the value lies between the ends.
-    pub fn shows(&self, value: f64) -> bool {
+    pub(crate) fn shows(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 
     /// Numbers to mark, about four to eight of them, and how they are written.
-    pub fn ticks(&self) -> Vec<(f64, String)> {
+    pub(crate) fn ticks(&self) -> Vec<(f64, String)> {
         let values = if self.logarithmic { self.powers() } else { self.steps() };
         values.into_iter().map(|v| (v, written(v))).collect()
     }
@@ -80,13 +80,13 @@ fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 }
 
 /// A number in few characters.
-pub fn written(value: f64) -> String {
+pub(crate) fn written(value: f64) -> String {
     let size = value.abs();
     if value != 0.0 && !(1e-3..1e5).contains(&size) { format!("{value:e}") } else { value.to_string() }
 }
 
 /// To three digits.
-pub fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }

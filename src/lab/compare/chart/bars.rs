@@ -7,13 +7,13 @@ use super::rows::{BOTTOM, FIGURES, Frame, ROW, TOP, WIDTH};
 use super::svg::{Anchor, FAINT, INK, Svg};
 
 /// A bar, or a heading above some.
-pub enum Row {
+pub(crate) enum Row {
     Heading(String),
     Bar { name: String, style: Style, value: f64, interval: Option<(f64, f64)> },
 }
 
 /// Horizontal bars over a logarithmic axis; `None` where there is none to show.
-pub fn bars(title: &str, note: &str, label: &str, rows: &[Row]) -> Option<String> {
+pub(crate) fn bars(title: &str, note: &str, label: &str, rows: &[Row]) -> Option<String> {
     let values = rows.iter().filter_map(|row| match row {
         Row::Heading(_) => None,
         Row::Bar { value, interval, .. } => Some((*value, *interval)),

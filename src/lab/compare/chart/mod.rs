@@ -10,9 +10,9 @@ mod rows;
 mod stack;
 mod svg;
 
-pub use plot::{Labels, Point, Series, plot};
-pub use raster::png;
-pub use stack::{Sheet, Stack, stacks};
+pub(crate) use plot::{Labels, Point, Series, plot};
+pub(crate) use raster::png;
+pub(crate) use stack::{Sheet, Stack, stacks};
 pub(crate) use svg::escape;
 
 use super::cell::Cell;
@@ -22,18 +22,18 @@ use serde::Serialize;
 
 /// One chart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Chart {
+pub(crate) struct Chart {
     /// Unique, and fit for a file's name.
-    pub id: String,
-    pub scene: Option<String>,
-    pub title: String,
+    pub(crate) id: String,
+    pub(crate) scene: Option<String>,
+    pub(crate) title: String,
     /// error-time, error-samples, error-memory, pareto, path-length or efficiency.
-    pub kind: &'static str,
-    pub svg: String,
+    pub(crate) kind: &'static str,
+    pub(crate) svg: String,
 }
 
 /// All charts of all scenes that have runs; those that would show nothing are left out.
-pub fn charts(plan: &Plan, store: &Store, cells: &[Cell]) -> Vec<Chart> {
+pub(crate) fn charts(plan: &Plan, store: &Store, cells: &[Cell]) -> Vec<Chart> {
     let scenes = plan.scenes.iter().enumerate();
     let of_scene = |(index, entry): (usize, &super::plan::SceneEntry)| {
         let name = entry.name();
@@ -46,7 +46,7 @@ pub fn charts(plan: &Plan, store: &Store, cells: &[Cell]) -> Vec<Chart> {
 /// How a method is drawn: colours that colour-blind readers tell apart (Okabe & Ito 2008, darkened where white paper asks
 /// for it); where these are used up, with other dashes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Style {
+pub(crate) struct Style {
     color: &'static str,
     dashes: &'static str,
 }
@@ -55,7 +55,7 @@ const COLORS: [&str; 8] = ["#0072b2", "#d55e00", "#009e73", "#a6448a", "#c98a00"
 const DASHES: [&str; 4] = ["", "6 3", "2 3", "8 3 2 3"];
 
 /// The style of a chart's n-th method.
-pub fn style(method: usize) -> Style {
+pub(crate) fn style(method: usize) -> Style {
     Style { color: COLORS[method % COLORS.len()], dashes: DASHES[method / COLORS.len() % DASHES.len()] }
 }
 

@@ -15,41 +15,41 @@ const LETTERS: usize = 34;
 
 /// A point, and how sure its height is.
 #[derive(Clone, Copy, Debug)]
-pub struct Point {
-    pub x: f64,
-    pub y: f64,
-    pub interval: Option<(f64, f64)>,
-    pub radius: f64,
-    pub hollow: bool,
+pub(crate) struct Point {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) interval: Option<(f64, f64)>,
+    pub(crate) radius: f64,
+    pub(crate) hollow: bool,
 }
 
 impl Point {
-    pub fn new(x: f64, y: f64, interval: Option<(f64, f64)>) -> Point {
+    pub(crate) fn new(x: f64, y: f64, interval: Option<(f64, f64)>) -> Point {
         Point { x, y, interval, radius: 3.5, hollow: false }
     }
 }
 
 /// What is shown of one method.
-pub struct Series {
-    pub name: String,
-    pub style: Style,
+pub(crate) struct Series {
+    pub(crate) name: String,
+    pub(crate) style: Style,
     /// From left to right, where they are joined.
-    pub points: Vec<Point>,
-    pub joined: bool,
+    pub(crate) points: Vec<Point>,
+    pub(crate) joined: bool,
     /// A height that holds for all x.
-    pub level: Option<f64>,
+    pub(crate) level: Option<f64>,
 }
 
 /// What is written around the axes.
-pub struct Labels<'a> {
-    pub title: &'a str,
-    pub note: &'a str,
-    pub x: &'a str,
-    pub y: &'a str,
+pub(crate) struct Labels<'a> {
+    pub(crate) title: &'a str,
+    pub(crate) note: &'a str,
+    pub(crate) x: &'a str,
+    pub(crate) y: &'a str,
 }
 
 /// A chart, or `None` where nothing of it can be shown. The y axis is logarithmic or linear, the x axis logarithmic.
-pub fn plot(labels: &Labels, series: &[Series], logarithmic: bool) -> Option<String> {
+pub(crate) fn plot(labels: &Labels, series: &[Series], logarithmic: bool) -> Option<String> {
     let points = || series.iter().flat_map(|s| &s.points);
     let x = Axis::logarithmic(points().map(|p| p.x))?;
     // An interval's end far below its point would squeeze all others.
@@ -141,7 +141,7 @@ impl Frame {
 }
 
 /// A name that fits into the legend.
-pub fn cut(name: &str) -> String {
+pub(crate) fn cut(name: &str) -> String {
     if name.chars().count() <= LETTERS {
         return name.to_string();
     }

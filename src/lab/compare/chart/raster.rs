@@ -22,7 +22,7 @@ static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
 ///
 /// # Errors
 /// [`Error::Scene`] for text that is no SVG, or one that is too large.
-pub fn png(svg: &str) -> Result<Vec<u8>> {
+pub(crate) fn png(svg: &str) -> Result<Vec<u8>> {
     let fault = |what: String| Error::Scene(format!("a chart could not be drawn: {what}"));
     let options = Options { fontdb: FONTS.clone(), ..Options::default() };
     let tree = Tree::from_str(svg, &options).map_err(|e| fault(e.to_string()))?;

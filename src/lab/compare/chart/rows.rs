@@ -13,19 +13,19 @@ pub(super) const FIGURES: f64 = 150.0;
 
 /// The part of a chart that the rows fill.
 pub(super) struct Frame {
-    pub axis: Axis,
-    pub left: f64,
-    pub top: f64,
-    pub bottom: f64,
+    pub(crate) axis: Axis,
+    pub(crate) left: f64,
+    pub(crate) top: f64,
+    pub(crate) bottom: f64,
 }
 
 impl Frame {
     /// Where a value lies.
-    pub fn at(&self, value: f64) -> f64 {
+    pub(crate) fn at(&self, value: f64) -> f64 {
         self.left + self.axis.place(value) * (WIDTH - FIGURES - self.left)
     }
 
-    pub fn axis(&self, svg: &mut Svg, label: &str) {
+    pub(crate) fn axis(&self, svg: &mut Svg, label: &str) {
         for (value, text) in self.axis.ticks() {
             let x = self.at(value);
             svg.line((x, self.top), (x, self.bottom), GRID, 1.0, "");

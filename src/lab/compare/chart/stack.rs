@@ -11,27 +11,27 @@ const LEGEND: f64 = 24.0;
 const REST: &str = "#c3c8ce";
 
 /// What is written about the bars.
-pub struct Sheet<'a> {
-    pub title: &'a str,
-    pub note: &'a str,
+pub(crate) struct Sheet<'a> {
+    pub(crate) title: &'a str,
+    pub(crate) note: &'a str,
     /// Of the axis.
-    pub label: &'a str,
+    pub(crate) label: &'a str,
     /// Names of the parts; none for bars of one part.
-    pub parts: &'a [&'a str],
+    pub(crate) parts: &'a [&'a str],
 }
 
 /// A bar, part by part from zero; one without parts is a heading.
-pub struct Stack {
-    pub name: String,
-    pub parts: Vec<f64>,
+pub(crate) struct Stack {
+    pub(crate) name: String,
+    pub(crate) parts: Vec<f64>,
     /// Drawn over the end of the bar.
-    pub interval: Option<(f64, f64)>,
+    pub(crate) interval: Option<(f64, f64)>,
     /// Written right of it.
-    pub figures: String,
+    pub(crate) figures: String,
 }
 
 /// Horizontal bars over a linear axis; `None` where there is none to show.
-pub fn stacks(sheet: &Sheet, rows: &[Stack]) -> Option<String> {
+pub(crate) fn stacks(sheet: &Sheet, rows: &[Stack]) -> Option<String> {
     let end = |row: &Stack| row.parts.iter().sum::<f64>().max(row.interval.map_or(0.0, |(_, high)| high));
     let axis = Axis::from_zero(rows.iter().map(end))?;
     let letters = rows.iter().filter(|row| !row.parts.is_empty()).map(|row| cut(&row.name).chars().count()).max()?;

@@ -2,26 +2,26 @@
 
 use std::fmt::Write;
 
-pub const INK: &str = "#24292f";
-pub const FAINT: &str = "#6a737d";
-pub const GRID: &str = "#e4e7ea";
+pub(crate) const INK: &str = "#24292f";
+pub(crate) const FAINT: &str = "#6a737d";
+pub(crate) const GRID: &str = "#e4e7ea";
 
 /// Where text stands beside its point.
 #[derive(Clone, Copy)]
-pub enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
 }
 
 /// An SVG file that is being written. Coordinates are pixels from the upper left corner.
-pub struct Svg {
+pub(crate) struct Svg {
     text: String,
 }
 
 impl Svg {
     /// A white card with a title, which is its accessible name too.
-    pub fn card(width: f64, height: f64, title: &str) -> Svg {
+    pub(crate) fn card(width: f64, height: f64, title: &str) -> Svg {
         let mut svg = Svg { text: String::new() };
         svg.add(format_args!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
@@ -36,7 +36,7 @@ impl Svg {
         svg
     }
 
-    pub fn finish(mut self) -> String {
+    pub(crate) fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");
         self.text
     }
@@ -46,7 +46,7 @@ impl Svg {
         self.text.push('\n');
     }
 
-    pub fn text(&mut self, (x, y): (f64, f64), size: f64, color: &str, anchor: Anchor, text: &str) {
+    pub(crate) fn text(&mut self, (x, y): (f64, f64), size: f64, color: &str, anchor: Anchor, text: &str) {
         self.add(format_args!(
             "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" fill=\"{color}\" text-anchor=\"{}\">{}</text>",
             anchor.name(),
@@ -55,7 +55,7 @@ impl Svg {
     }
 
     /// Text that runs upwards, centred on its point.
-    pub fn upwards(&mut self, (x, y): (f64, f64), size: f64, color: &str, text: &str) {
+    pub(crate) fn upwards(&mut self, (x, y): (f64, f64), size: f64, color: &str, text: &str) {
         self.add(format_args!(
             "<text transform=\"translate({x:.1} {y:.1}) rotate(-90)\" font-size=\"{size}\" fill=\"{color}\" \
              text-anchor=\"middle\">{}</text>",
@@ -63,12 +63,12 @@ impl Svg {
         ));
     }
 
-    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), color: &str, width: f64, dashes: &str) {
+    pub(crate) fn line(&mut self, from: (f64, f64), to: (f64, f64), color: &str, width: f64, dashes: &str) {
         self.path(&[from, to], color, width, dashes);
     }
 
     /// A line through points.
-    pub fn path(&mut self, points: &[(f64, f64)], color: &str, width: f64, dashes: &str) {
+    pub(crate) fn path(&mut self, points: &[(f64, f64)], color: &str, width: f64, dashes: &str) {
         let dashed = if dashes.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dashes}\"") };
         self.add(format_args!(
             "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\" \
@@ -77,12 +77,12 @@ impl Svg {
         ));
     }
 
-    pub fn area(&mut self, points: &[(f64, f64)], color: &str, opacity: f64) {
+    pub(crate) fn area(&mut self, points: &[(f64, f64)], color: &str, opacity: f64) {
         self.add(format_args!("<polygon points=\"{}\" fill=\"{color}\" fill-opacity=\"{opacity}\"/>", list(points)));
     }
 
     /// A disc in its colour, or a ring of it.
-    pub fn disc(&mut self, (x, y): (f64, f64), radius: f64, color: &str, hollow: bool) {
+    pub(crate) fn disc(&mut self, (x, y): (f64, f64), radius: f64, color: &str, hollow: bool) {
         let fill = if hollow { "#ffffff" } else { color };
         self.add(format_args!(
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"{fill}\" fill-opacity=\"0.85\" stroke=\"{color}\" \
@@ -90,7 +90,7 @@ impl Svg {
         ));
     }
 
-    pub fn bar(&mut self, (x, y): (f64, f64), (width, height): (f64, f64), color: &str) {
+    pub(crate) fn bar(&mut self, (x, y): (f64, f64), (width, height): (f64, f64), color: &str) {
         self.add(format_args!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"1.5\" fill=\"{color}\" \
              fill-opacity=\"0.75\"/>"
@@ -113,7 +113,7 @@ fn list(points: &[(f64, f64)]) -> String {
 }
 
 /// Text as XML has it.
-pub fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let visible: String = text.chars().filter(|c| !c.is_control()).collect();
     visible.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -19,14 +19,14 @@ const REPEATED_SEED: u64 = 3 << 60;
 
 /// Wall seconds for a sample per pixel of what takes no limit of time, by scene and method.
 #[derive(Default)]
-pub struct Limits {
+pub(crate) struct Limits {
     pace: FxHashMap<(usize, usize), f64>,
 }
 
 impl Limits {
     /// Sets the end of a run: the budget, and no more than `cap` samples per pixel. A render block by block has all samples
     /// of a block before the next: instead of the time it is given as many as a short trial says the time is worth.
-    pub fn set(
+    pub(crate) fn set(
         &mut self,
         (at, method): (usize, usize),
         scene: &Scene,

@@ -7,37 +7,37 @@ use crate::stats::{Summary, ratio_interval};
 use serde::Serialize;
 
 /// What is known of a cell.
-pub struct Evidence<'a> {
-    pub runs: &'a [&'a Run],
-    pub cell: &'a Cell,
+pub(crate) struct Evidence<'a> {
+    pub(crate) runs: &'a [&'a Run],
+    pub(crate) cell: &'a Cell,
     /// Of the method that is compared with; `None` for itself.
-    pub baseline: Option<(&'a [&'a Run], &'a Cell)>,
+    pub(crate) baseline: Option<(&'a [&'a Run], &'a Cell)>,
     /// Runs that there are to be.
-    pub planned: usize,
+    pub(crate) planned: usize,
     /// Bytes that the guide may take.
-    pub memory: u64,
+    pub(crate) memory: u64,
     /// Whether a render and its repetition with one thread were equal; `None` where that was not tried.
-    pub repeatable: Option<bool>,
+    pub(crate) repeatable: Option<bool>,
     /// p-value below which a cell is biased.
-    pub level: f64,
-    pub bounds: &'a Bounds,
+    pub(crate) level: f64,
+    pub(crate) bounds: &'a Bounds,
 }
 
 /// What a check found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Finding {
-    pub check: Check,
-    pub colour: Colour,
-    pub says: String,
+pub(crate) struct Finding {
+    pub(crate) check: Check,
+    pub(crate) colour: Colour,
+    pub(crate) says: String,
     /// Of a red one: why, as the comparison's file has it.
-    pub why: Option<String>,
+    pub(crate) why: Option<String>,
 }
 
 /// A check: its verdict, and the figures behind it in words.
 type Judge = fn(&Evidence) -> (Colour, String);
 
 /// All checks, in the order of [`Check::NAMES`].
-pub fn findings(e: &Evidence) -> Vec<Finding> {
+pub(crate) fn findings(e: &Evidence) -> Vec<Finding> {
     let checks: [Judge; 7] = [unbiased, finite, efficiency, fireflies, explosion, memory, repeatable];
     let found = checks.iter().zip(Check::NAMES);
     found
@@ -125,7 +125,7 @@ fn fireflies(e: &Evidence) -> (Colour, String) {
 }
 
 /// Share of a run's relMSE in its worst pixels; undefined where a run's error is no larger than the reference's noise.
-pub fn worst_pixels(runs: &[&Run]) -> Mean {
+pub(crate) fn worst_pixels(runs: &[&Run]) -> Mean {
     let share =
         |r: &&Run| if r.errors.relmse > 0.0 { 1.0 - r.errors.relmse_trimmed / r.errors.relmse } else { f64::NAN };
     Mean::of(&runs.iter().map(share).collect::<Vec<_>>())
@@ -163,7 +163,7 @@ fn memory(e: &Evidence) -> (Colour, String) {
 }
 
 /// Of all runs.
-pub fn largest_guide(runs: &[&Run]) -> u64 {
+pub(crate) fn largest_guide(runs: &[&Run]) -> u64 {
     runs.iter().map(|r| r.guide_bytes).max().unwrap_or(0)
 }
 
@@ -187,7 +187,7 @@ fn pace(runs: &[&Run]) -> Vec<f64> {
 }
 
 /// Three digits.
-pub fn short(x: f64) -> String {
+pub(crate) fn short(x: f64) -> String {
     match x.abs() {
         size if size >= 100.0 => format!("{x:.0}"),
         size if size >= 10.0 => format!("{x:.1}"),

@@ -13,48 +13,54 @@ use serde::Serialize;
 
 /// Scenes × methods.
 #[derive(Clone, Debug, Serialize)]
-pub struct Matrix {
-    pub bounds: Bounds,
-    pub budget: String,
+pub(crate) struct Matrix {
+    pub(crate) bounds: Bounds,
+    pub(crate) budget: String,
     /// Cells that were tested for bias, and the p below which each is called biased.
-    pub tested: usize,
-    pub level: f64,
-    pub cells: Vec<MatrixCell>,
+    pub(crate) tested: usize,
+    pub(crate) level: f64,
+    pub(crate) cells: Vec<MatrixCell>,
 }
 
 /// A method on a scene.
 #[derive(Clone, Debug, Serialize)]
-pub struct MatrixCell {
-    pub scene: String,
-    pub method: String,
+pub(crate) struct MatrixCell {
+    pub(crate) scene: String,
+    pub(crate) method: String,
     /// The worst of all findings.
-    pub colour: Colour,
-    pub runs: usize,
-    pub ratio: Ratio,
-    pub relmse_median: Option<f64>,
-    pub relmse_worst: Option<f64>,
+    pub(crate) colour: Colour,
+    pub(crate) runs: usize,
+    pub(crate) ratio: Ratio,
+    pub(crate) relmse_median: Option<f64>,
+    pub(crate) relmse_worst: Option<f64>,
     /// Share of the error in the worst 0.1 % of the pixels.
-    pub firefly_share: Option<f64>,
-    pub p: Option<f64>,
+    pub(crate) firefly_share: Option<f64>,
+    pub(crate) p: Option<f64>,
     /// Bytes of the largest guide of all runs, and what it may take.
-    pub guide_bytes: u64,
-    pub memory: u64,
-    pub repeatable: Option<bool>,
-    pub findings: Vec<Finding>,
+    pub(crate) guide_bytes: u64,
+    pub(crate) memory: u64,
+    pub(crate) repeatable: Option<bool>,
+    pub(crate) findings: Vec<Finding>,
     /// Of the worst run, beside the reference; within the comparison's folder.
-    pub picture: Option<String>,
+    pub(crate) picture: Option<String>,
 }
 
 impl MatrixCell {
     /// What is red of it.
-    pub fn failures(&self) -> impl Iterator<Item = &Finding> {
+    pub(crate) fn failures(&self) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(|f| f.colour == Colour::Red)
     }
 }
 
 impl Matrix {
     /// Judges all cells that have runs.
-    pub fn new(plan: &Plan, gallery: &Gallery, scene_cache: &SceneCache, store: &Store, cells: &[Cell]) -> Matrix {
+    pub(crate) fn new(
+        plan: &Plan,
+        gallery: &Gallery,
+        scene_cache: &SceneCache,
+        store: &Store,
+        cells: &[Cell],
+    ) -> Matrix {
         let memory = |scene, method| scene_cache.with_method(scene, method).1.guiding.memory;
         Matrix::judged(plan, gallery, store, cells, &memory)
     }
@@ -94,7 +100,7 @@ impl Matrix {
         matrix
     }
 
-    pub fn find(&self, scene: &str, method: &str) -> Option<&MatrixCell> {
+    pub(crate) fn find(&self, scene: &str, method: &str) -> Option<&MatrixCell> {
         self.cells.iter().find(|cell| cell.scene == scene && cell.method == method)
     }
 }

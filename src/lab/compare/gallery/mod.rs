@@ -3,10 +3,10 @@
 //! [`checks`] judge the runs of a cell, [`matrix`] puts them together, [`output`] and [`pictures`] write them. Nothing is red
 //! but by its figures; why a cell is red is told by sentences in the comparison's file, and where there is none, that too.
 
-pub mod checks;
-pub mod matrix;
-pub mod output;
-pub mod pictures;
+pub(crate) mod checks;
+pub(crate) mod matrix;
+pub(crate) mod output;
+pub(crate) mod pictures;
 pub(super) mod reading;
 
 #[cfg(test)]
@@ -16,24 +16,24 @@ use serde::Serialize;
 
 /// What the comparison's file says of its matrix.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Gallery {
-    pub bounds: Bounds,
-    pub whys: Vec<Why>,
+pub(crate) struct Gallery {
+    pub(crate) bounds: Bounds,
+    pub(crate) whys: Vec<Why>,
 }
 
 /// Where verdicts change.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Bounds {
+pub(crate) struct Bounds {
     /// Probability that any of all tests of bias is wrong, were all cells honest.
-    pub alarm: f64,
+    pub(crate) alarm: f64,
     /// How many times as inefficient as the baseline a method may be.
-    pub slower: f64,
+    pub(crate) slower: f64,
     /// Share of the error in the worst 0.1 % of the pixels.
-    pub fireflies: f64,
+    pub(crate) fireflies: f64,
     /// The worst run's error over the median run's.
-    pub explosion: f64,
+    pub(crate) explosion: f64,
     /// Samples per pixel of the pictures that must be equal.
-    pub repeat: u32,
+    pub(crate) repeat: u32,
 }
 
 impl Default for Bounds {
@@ -44,18 +44,18 @@ impl Default for Bounds {
 
 /// A sentence on why some cells fail.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Why {
+pub(crate) struct Why {
     /// Empty: any.
-    pub scenes: Vec<String>,
-    pub methods: Vec<String>,
-    pub fails: Vec<Check>,
-    pub says: String,
+    pub(crate) scenes: Vec<String>,
+    pub(crate) methods: Vec<String>,
+    pub(crate) fails: Vec<Check>,
+    pub(crate) says: String,
 }
 
 /// What is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Check {
+pub(crate) enum Check {
     Unbiased,
     Finite,
     Efficiency,
@@ -66,7 +66,7 @@ pub enum Check {
 }
 
 impl Check {
-    pub const NAMES: [(&'static str, Check); 7] = [
+    pub(crate) const NAMES: [(&'static str, Check); 7] = [
         ("unbiased", Check::Unbiased),
         ("finite", Check::Finite),
         ("efficiency", Check::Efficiency),
@@ -76,7 +76,7 @@ impl Check {
         ("repeatable", Check::Repeatable),
     ];
 
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         Check::NAMES[self as usize].0
     }
 }
@@ -84,7 +84,7 @@ impl Check {
 /// A verdict, the worst last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Colour {
+pub(crate) enum Colour {
     Green,
     /// Not known, or within the bounds but worse than the baseline.
     Amber,
@@ -93,7 +93,7 @@ pub enum Colour {
 
 impl Gallery {
     /// The first sentence for this failure.
-    pub fn why(&self, scene: &str, method: &str, check: Check) -> Option<&str> {
+    pub(crate) fn why(&self, scene: &str, method: &str, check: Check) -> Option<&str> {
         let has = |names: &[String], name: &str| names.is_empty() || names.iter().any(|n| n == name);
         let fits = |why: &&Why| {
             let check = why.fails.is_empty() || why.fails.contains(&check);

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 const UNEXPLAINED: &str = "**UNEXPLAINED**";
 
 /// A row for each cell, with a column for each check's verdict.
-pub fn csv(matrix: &Matrix) -> String {
+pub(crate) fn csv(matrix: &Matrix) -> String {
     let checks: Vec<&str> = Check::NAMES.iter().map(|(name, _)| *name).collect();
     let mut text = format!(
         "scene,method,verdict,{},runs,ratio,ratio_low,ratio_high,relmse_median,relmse_worst,firefly_share,p,\
@@ -58,7 +58,7 @@ fn word(colour: Colour) -> &'static str {
 }
 
 /// The tables of docs/stability.md.
-pub fn markdown(plan: &Plan, matrix: &Matrix) -> String {
+pub(crate) fn markdown(plan: &Plan, matrix: &Matrix) -> String {
     let b = &matrix.bounds;
     let says = format!(
         "{} runs a cell, {}. Each cell: verdict, efficiency over that of `{}`, worst over median run. ✓: all checks are \

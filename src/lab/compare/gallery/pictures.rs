@@ -19,7 +19,13 @@ const GAP: usize = 8;
 ///
 /// # Errors
 /// Pictures that cannot be read or written.
-pub fn write(matrix: &mut Matrix, plan: &Plan, scene_cache: &SceneCache, store: &Store, folder: &Path) -> Result<()> {
+pub(crate) fn write(
+    matrix: &mut Matrix,
+    plan: &Plan,
+    scene_cache: &SceneCache,
+    store: &Store,
+    folder: &Path,
+) -> Result<()> {
     let pictures = folder.join("pictures");
     std::fs::create_dir_all(&pictures).map_err(Error::io(&pictures))?;
     for (scene, entry) in plan.scenes.iter().enumerate() {

@@ -15,7 +15,7 @@ const VIEW: View =
 const FAR_SCALE: f64 = 256.0;
 const FAR: DVec3 = DVec3::new(1_000_000.0, 1_000_000.0, -1_000_000.0);
 
-pub fn corners() -> SceneFiles {
+pub(crate) fn corners() -> SceneFiles {
     let about = "Stairs, a shelf and pillars: cells of any guide hold several surfaces that face elsewhere.\n\
                  The lamp lies on the shelf and shines at the ceiling: what is seen has no direct light.";
     let model = Model {
@@ -26,7 +26,7 @@ pub fn corners() -> SceneFiles {
     with_mesh("corners", about, &VIEW, model)
 }
 
-pub fn bumps() -> SceneFiles {
+pub(crate) fn bumps() -> SceneFiles {
     let about = "A bumpy ball with shading normals in a room without direct light.";
     let bumpy = |d: DVec3| 0.62 * (1.0 + 0.14 * (9.0 * d.x).sin() * (9.0 * d.y).sin() * (9.0 * d.z).cos());
     let ball = displaced_sphere(6, "ball", bumpy).transformed(&DAffine3::from_translation(DVec3::new(0.3, 0.8, -0.5)));
@@ -38,7 +38,7 @@ pub fn bumps() -> SceneFiles {
     with_mesh("bumps", about, &VIEW, model)
 }
 
-pub fn far_away() -> SceneFiles {
+pub(crate) fn far_away() -> SceneFiles {
     let about = "The room `corners`, a kilometre wide and a thousand kilometres from the origin.";
     let moved = |p: DVec3| p * FAR_SCALE + FAR;
     let view = View { eye: moved(VIEW.eye), target: moved(VIEW.target), ..VIEW };

@@ -11,7 +11,7 @@ const VIEW: View =
 
 /// Le = 1 and a = 1/2 on every side: L = Le/(1 − a) = 2. Twelve segments would leave out 2⁻¹¹ of it, 48 leave out nothing
 /// that 32 bits can tell.
-pub fn oven() -> SceneFiles {
+pub(crate) fn oven() -> SceneFiles {
     let about = "A closed ball that glows with 1 and reflects half of what it receives: 2 everywhere.";
     let glow = Material { emission: [1.0; 3], ..Material::diffuse("glow", [0.5; 3]) };
     let model = Model {
@@ -24,7 +24,7 @@ pub fn oven() -> SceneFiles {
 }
 
 /// An even sky, seen past a triangle that lies behind the eye.
-pub fn known() -> SceneFiles {
+pub(crate) fn known() -> SceneFiles {
     let about = "What the scene `oven` looks like, by its closed form: 2 everywhere.";
     let behind = "translate = [0, 0, 10]\n\n[[light]]\ntype = \"constant\"\nradiance = 2\n";
     SceneFiles { toml: head(about, &VIEW) + &mesh("triangle") + behind, model: Model::default() }

@@ -24,7 +24,7 @@ const EMISSION: [f64; 3] = [4.0e6, 3.8e6, 3.2e6];
 const VIEW: View =
     View { eye: DVec3::new(0.3, 1.1, -0.7), target: DVec3::new(0.0, 0.9, 1.0), vfov: 60.0, exposure: -2.5 };
 
-pub fn keyhole() -> SceneFiles {
+pub(crate) fn keyhole() -> SceneFiles {
     let about = "Behind a hole of two millimetres all is lamp. About one path in a hundred thousand finds it, by chance or by\n\
                  next-event estimation, which looks at the lamp and hits the wall about the hole.";
     let behind = Blocks::in_rock()
@@ -39,7 +39,7 @@ pub fn keyhole() -> SceneFiles {
 }
 
 /// The same light: from within the room, a hole behind which all glows is a lamp of the hole's size.
-pub fn plugged() -> SceneFiles {
+pub(crate) fn plugged() -> SceneFiles {
     let about = "What the scene `keyhole` looks like, by other means: the hole is closed by a lamp of the same radiance.\n\
                  Seen from the room nothing else differs, and next-event estimation finds this lamp at once.";
     let [a, b, c, d] = hole();

@@ -18,7 +18,7 @@ const STEP: f64 = 0.18;
 /// One light in ten is ten times as bright as most, one in a hundred a hundred times.
 const MATERIALS: [(&str, f64); 3] = [("spark", 30.0), ("bright", 300.0), ("brightest", 3000.0)];
 
-pub fn many_lights() -> SceneFiles {
+pub(crate) fn many_lights() -> SceneFiles {
     let about =
         "The box of `shiny` without its lamp, under ten thousand lights of 1 mm and three levels of brightness.";
     let mut toml = head(about, &VIEW) + &mesh("shiny");

@@ -61,7 +61,7 @@ pub(super) fn make(name: &str) -> Option<SceneFiles> {
 ///
 /// # Errors
 /// [`Error::Io`] where a file cannot be written.
-pub fn generate(dir: &Path) -> Result<Vec<PathBuf>> {
+pub(crate) fn generate(dir: &Path) -> Result<Vec<PathBuf>> {
     std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
     let plan = dir.join(PLAN_NAME);
     super::replace_file(&plan, PLAN)?;

@@ -7,7 +7,7 @@ use crate::lab::generate::obj_writer::{Material, Model};
 use crate::lab::generate::shape::Shape;
 use glam::DVec3;
 
-pub fn direct() -> SceneFiles {
+pub(crate) fn direct() -> SceneFiles {
     let about = "A floor, a black block and a lamp, nothing about them: all light is direct. A guide can only cost.";
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let floor = [p(-2.0, 0.0, -2.0), p(-2.0, 0.0, 2.0), p(2.0, 0.0, 2.0), p(2.0, 0.0, -2.0)];
@@ -30,7 +30,7 @@ pub fn direct() -> SceneFiles {
     with_mesh("direct", about, &view, model)
 }
 
-pub fn triangle() -> SceneFiles {
+pub(crate) fn triangle() -> SceneFiles {
     let about = "One triangle under an even sky: it reflects half of what the sky sends.";
     let corners = vec![DVec3::new(-1.0, -0.8, 0.0), DVec3::new(1.1, -0.6, 0.3), DVec3::new(0.1, 1.0, -0.2)];
     let model = Model {

@@ -12,7 +12,7 @@ fn varnished(material: Material) -> Material {
     if material.emission == [0.0; 3] { Material { more: VARNISH, ..material } } else { material }
 }
 
-pub fn plastic_door() -> SceneFiles {
+pub(crate) fn plastic_door() -> SceneFiles {
     let about = "The rooms and furniture of the scene `door`, all of plastic: a coat of alpha 0.25 over a diffuse base. A guide\n\
                  can help with the base alone, by which nearly all light is reflected.";
     let objects = door::rooms();

@@ -12,7 +12,7 @@ const TURN: f64 = 29.0;
 const LEAN: f64 = 7.0;
 
 /// The paper's figure 3: a sheet without thickness, so that its sides cannot help being in the same cells.
-pub fn turned_door() -> SceneFiles {
+pub(crate) fn turned_door() -> SceneFiles {
     let about = "A door without thickness, along no axis: its far side is lit by the lamp, the near one by what comes\n\
                  round it. A guide that tells its two sides not apart gives one of them the other's light.";
     let place = DAffine3::from_translation(DVec3::new(0.0, 0.15, -0.6))
@@ -44,7 +44,7 @@ fn room(lamp: Cuboid) -> Shape {
 }
 
 /// A wall divides the picture: a lamp over its left half, and on the right what comes round.
-pub fn two_rooms() -> SceneFiles {
+pub(crate) fn two_rooms() -> SceneFiles {
     let about =
         "A bright room beside a dark one: on the left light is direct, on the right it has come round the wall.";
     let lamp = cuboid([-1.4, 2.4, -1.2], [-0.7, 2.4, -0.5]);

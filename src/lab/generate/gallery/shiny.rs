@@ -7,12 +7,12 @@ use crate::lab::generate::obj_writer::{Material, Model};
 use crate::lab::generate::shapes::displaced_sphere;
 use glam::{DAffine3, DVec3};
 
-pub const BOX_TOP: f64 = 2.0;
+pub(crate) const BOX_TOP: f64 = 2.0;
 
-pub const VIEW: View =
+pub(crate) const VIEW: View =
     View { eye: DVec3::new(0.0, 1.1, 0.96), target: DVec3::new(0.0, 0.8, -1.0), vfov: 80.0, exposure: 0.0 };
 
-pub fn shiny() -> SceneFiles {
+pub(crate) fn shiny() -> SceneFiles {
     let about = "A ball in a closed box under a lamp. The gallery makes it of mirror, metal and glass.";
     let light = cuboid([-0.2, BOX_TOP, -0.5], [0.2, BOX_TOP, -0.1]);
     let room = Blocks::in_rock()

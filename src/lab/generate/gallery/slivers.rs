@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 const BLADES: u32 = 180;
 const RADIUS: f64 = 0.9;
 
-pub fn slivers() -> SceneFiles {
+pub(crate) fn slivers() -> SceneFiles {
     let about = "A disk of blades two degrees wide, each there twice and cut once more along its edge into slivers of\n\
                  0.1 mm, and triangles without any area, on the lamp too.";
     let lamp_quad = cuboid([-2.0, 0.7, -0.7], [-2.0, 1.6, 0.3]);

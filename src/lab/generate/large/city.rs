@@ -20,7 +20,7 @@ const AVERAGE: f64 = 6000.0;
 const LOT: u64 = 2 + 10 + 10 + 12;
 
 /// A city of about `triangles` triangles: the more, the larger.
-pub fn scene(triangles: u64) -> LargeScene {
+pub(crate) fn scene(triangles: u64) -> LargeScene {
     let plan = Plan::new(triangles);
     LargeScene {
         toml: TOML.to_owned(),

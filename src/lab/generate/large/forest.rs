@@ -19,7 +19,7 @@ const LANTERNS: u64 = 9;
 const LANTERN: u64 = 8 + 12;
 
 /// A forest of about `triangles` triangles, those of all instances together: the more, the more trees of the more leaves.
-pub fn scene(triangles: u64) -> LargeScene {
+pub(crate) fn scene(triangles: u64) -> LargeScene {
     let plan = Plan::new(triangles);
     let (cells, side, leaves) = (plan.cells, plan.side(), plan.triangles_per_tree);
     LargeScene {

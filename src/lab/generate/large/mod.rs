@@ -20,17 +20,17 @@ use std::path::{Path, PathBuf};
 use stream::ObjStream;
 
 /// Name of each scene, and what it is in one line.
-pub const SCENES: [(&str, &str); 3] = [
+pub(crate) const SCENES: [(&str, &str); 3] = [
     ("city", "streets at dusk, thousands of small lights (--triangles)"),
     ("forest", "instanced trees and lanterns on rolling ground (--triangles)"),
     ("terrain", "a square kilometre of mountains, one smooth mesh (--triangles)"),
 ];
 
 /// How many triangles can be asked for.
-pub const TRIANGLES: RangeInclusive<u64> = 10_000..=30_000_000;
+pub(crate) const TRIANGLES: RangeInclusive<u64> = 10_000..=30_000_000;
 
 /// What is made where no number is given.
-pub const DEFAULT_TRIANGLES: u64 = 1_000_000;
+pub(crate) const DEFAULT_TRIANGLES: u64 = 1_000_000;
 
 /// A scene before it is written.
 struct LargeScene {
@@ -61,7 +61,7 @@ impl Model {
 /// # Errors
 /// [`Error::Scene`] for a name that [`SCENES`] does not list and a number outside of [`TRIANGLES`]; [`Error::Io`] where
 /// a file cannot be written, as on a full disk: files of an earlier call are then left as they were, or complete.
-pub fn generate(name: &str, triangles: u64, dir: &Path) -> Result<Vec<PathBuf>> {
+pub(crate) fn generate(name: &str, triangles: u64, dir: &Path) -> Result<Vec<PathBuf>> {
     let scene = make(name, triangles)?;
     std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
     let library = format!("{name}.mtl");

@@ -4,13 +4,13 @@ use crate::math::rng::mix;
 
 /// Noise over the plane (Perlin 2002, "Improving Noise"), with gradients from a hash instead of a table.
 #[derive(Clone, Copy, Debug)]
-pub struct Noise {
-    pub seed: u64,
+pub(crate) struct Noise {
+    pub(crate) seed: u64,
 }
 
 impl Noise {
     /// In about [−1, 1], smooth (C²), 0 at whole coordinates; features are about 1 wide.
-    pub fn at(self, x: f64, z: f64) -> f64 {
+    pub(crate) fn at(self, x: f64, z: f64) -> f64 {
         let (column, row) = (x.floor(), z.floor());
         let (fx, fz) = (x - column, z - row);
         let corner = |i: i64, j: i64| {
@@ -23,7 +23,7 @@ impl Noise {
     }
 
     /// `octaves` of noise, each twice as fine as the last and `gain` times as strong; the first is 1 wide.
-    pub fn fractal(self, x: f64, z: f64, octaves: u32, gain: f64) -> f64 {
+    pub(crate) fn fractal(self, x: f64, z: f64, octaves: u32, gain: f64) -> f64 {
         let (mut sum, mut amplitude, mut frequency) = (0.0, 1.0, 1.0);
         for octave in 0..octaves {
             let layer = Noise { seed: self.seed.wrapping_add(octave as u64) };

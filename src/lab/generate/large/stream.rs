@@ -7,7 +7,7 @@ use std::io::{self, Write};
 const UNIT: f64 = 10_000.0;
 
 /// An OBJ file under way. Every vertex has texture coordinates, and all vertices have normals or none has.
-pub struct ObjStream<'a> {
+pub(crate) struct ObjStream<'a> {
     out: &'a mut dyn Write,
     line: Vec<u8>,
     vertices: u64,
@@ -17,13 +17,13 @@ pub struct ObjStream<'a> {
 
 impl<'a> ObjStream<'a> {
     /// Begins the file of the scene `scene` with the library `library`.
-    pub fn new(out: &'a mut dyn Write, scene: &str, library: &str) -> io::Result<ObjStream<'a>> {
+    pub(crate) fn new(out: &'a mut dyn Write, scene: &str, library: &str) -> io::Result<ObjStream<'a>> {
         writeln!(out, "# Made by phototaxis generate {scene}. CC0 1.0.\nmtllib {library}")?;
         Ok(ObjStream { out, line: Vec::with_capacity(128), vertices: 0, normals: false, material: "" })
     }
 
     /// A vertex without a normal; returns its index, from 1.
-    pub fn vertex(&mut self, p: DVec3, uv: [f64; 2]) -> io::Result<u64> {
+    pub(crate) fn vertex(&mut self, p: DVec3, uv: [f64; 2]) -> io::Result<u64> {
         self.statement("v", &p.to_array());
         self.statement("vt", &uv);
         self.vertices += 1;
@@ -32,14 +32,14 @@ impl<'a> ObjStream<'a> {
     }
 
     /// A vertex with a unit normal; returns its index, from 1.
-    pub fn smooth_vertex(&mut self, p: DVec3, uv: [f64; 2], n: DVec3) -> io::Result<u64> {
+    pub(crate) fn smooth_vertex(&mut self, p: DVec3, uv: [f64; 2], n: DVec3) -> io::Result<u64> {
         self.normals = true;
         self.statement("vn", &n.to_array());
         self.vertex(p, uv)
     }
 
     /// What the triangles from here on are made of.
-    pub fn material(&mut self, name: &'static str) -> io::Result<()> {
+    pub(crate) fn material(&mut self, name: &'static str) -> io::Result<()> {
         if self.material == name {
             return Ok(());
         }
@@ -48,7 +48,7 @@ impl<'a> ObjStream<'a> {
     }
 
     /// A triangle of vertices, counter-clockwise seen from its front.
-    pub fn triangle(&mut self, corners: [u64; 3]) -> io::Result<()> {
+    pub(crate) fn triangle(&mut self, corners: [u64; 3]) -> io::Result<()> {
         self.line.push(b'f');
         for index in corners {
             for k in 0..if self.normals { 3 } else { 2 } {
@@ -62,7 +62,7 @@ impl<'a> ObjStream<'a> {
 
     /// A flat quadrilateral, counter-clockwise seen from its front; texture coordinates measure it in its own unit from
     /// its first corner.
-    pub fn quad(&mut self, corners: [DVec3; 4]) -> io::Result<()> {
+    pub(crate) fn quad(&mut self, corners: [DVec3; 4]) -> io::Result<()> {
         let (width, height) = ((corners[1] - corners[0]).length(), (corners[3] - corners[0]).length());
         let uvs = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
         let mut first = 0;

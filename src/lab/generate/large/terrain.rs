@@ -8,13 +8,13 @@ use glam::DVec3;
 use std::io;
 
 /// Side of the square, in metres; it is centred on the origin.
-pub const SIDE: f64 = 1000.0;
+pub(crate) const SIDE: f64 = 1000.0;
 /// Width of the coarsest hills, and their height at the far end.
 const HILLS: f64 = 320.0;
 const HEIGHT: f64 = 230.0;
 
 /// A landscape of about `triangles` triangles. Its shape does not depend on their number: finer ones follow it closer.
-pub fn scene(triangles: u64) -> LargeScene {
+pub(crate) fn scene(triangles: u64) -> LargeScene {
     let cells = cells(triangles);
     LargeScene {
         toml: toml(),
@@ -25,12 +25,12 @@ pub fn scene(triangles: u64) -> LargeScene {
 }
 
 /// Squares along each side, two triangles to each.
-pub fn cells(triangles: u64) -> u64 {
+pub(crate) fn cells(triangles: u64) -> u64 {
     (triangles as f64 / 2.0).sqrt().round() as u64
 }
 
 /// Height of the ground: a valley in front (z > 0) that rises to mountains behind.
-pub fn height(x: f64, z: f64) -> f64 {
+pub(crate) fn height(x: f64, z: f64) -> f64 {
     let rise = (0.5 - z / SIDE).clamp(0.0, 1.0);
     let share = 0.12 + 0.88 * rise * rise * (3.0 - 2.0 * rise);
     let noise = Noise { seed: 11 };
@@ -57,12 +57,12 @@ fn materials() -> Vec<Material> {
 }
 
 /// A square sheet of ground about the origin.
-pub struct Sheet {
+pub(crate) struct Sheet {
     /// Squares along each side.
-    pub cells: u64,
-    pub side: f64,
-    pub height: fn(f64, f64) -> f64,
-    pub ground: fn(DVec3) -> &'static str,
+    pub(crate) cells: u64,
+    pub(crate) side: f64,
+    pub(crate) height: fn(f64, f64) -> f64,
+    pub(crate) ground: fn(DVec3) -> &'static str,
 }
 
 impl Sheet {
@@ -78,7 +78,7 @@ impl Sheet {
 }
 
 /// Writes the sheet row by row, with normals by central differences. Three rows of heights are kept.
-pub fn write(obj: &mut ObjStream, sheet: &Sheet) -> io::Result<()> {
+pub(crate) fn write(obj: &mut ObjStream, sheet: &Sheet) -> io::Result<()> {
     let columns = sheet.cells as usize + 1;
     let step = sheet.side / sheet.cells as f64;
     let mut rows = [sheet.row(-1), sheet.row(0), sheet.row(1)];

@@ -14,19 +14,19 @@ const TRUNK: u64 = 2 * SIDES * RINGS;
 
 /// What shape a tree has, in metres; it stands on y = 0.
 #[derive(Clone, Copy)]
-pub struct Tree {
-    pub height: f64,
-    pub trunk: f64,
-    pub leaf: &'static str,
+pub(crate) struct Tree {
+    pub(crate) height: f64,
+    pub(crate) trunk: f64,
+    pub(crate) leaf: &'static str,
     /// Of the crown at a share of its height from 0 (lowest branches) to 1.
-    pub radius: fn(f64) -> f64,
+    pub(crate) radius: fn(f64) -> f64,
     /// Share of the height at which the crown begins.
-    pub crown: f64,
-    pub seed: u64,
+    pub(crate) crown: f64,
+    pub(crate) seed: u64,
 }
 
 /// A spruce: a cone of whorls.
-pub const CONIFER: Tree = Tree {
+pub(crate) const CONIFER: Tree = Tree {
     height: 11.0,
     trunk: 0.2,
     leaf: "needles",
@@ -36,7 +36,7 @@ pub const CONIFER: Tree = Tree {
 };
 
 /// A round crown on a high stem.
-pub const BROADLEAF: Tree = Tree {
+pub(crate) const BROADLEAF: Tree = Tree {
     height: 8.0,
     trunk: 0.26,
     leaf: "leaves",
@@ -46,7 +46,7 @@ pub const BROADLEAF: Tree = Tree {
 };
 
 /// Writes a tree of `triangles` triangles, more than a trunk has.
-pub fn write(obj: &mut ObjStream, tree: &Tree, triangles: u64) -> io::Result<()> {
+pub(crate) fn write(obj: &mut ObjStream, tree: &Tree, triangles: u64) -> io::Result<()> {
     trunk(obj, tree)?;
     let leaves = triangles.saturating_sub(TRUNK);
     obj.material(tree.leaf)?;

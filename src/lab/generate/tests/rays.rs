@@ -4,36 +4,36 @@ use crate::math::rng::Rng;
 use glam::DVec3;
 
 /// A triangle as written, with the normals at its corners if it has any.
-pub struct Face {
-    pub object: String,
-    pub material: String,
-    pub corners: [DVec3; 3],
-    pub normals: Option<[DVec3; 3]>,
+pub(crate) struct Face {
+    pub(crate) object: String,
+    pub(crate) material: String,
+    pub(crate) corners: [DVec3; 3],
+    pub(crate) normals: Option<[DVec3; 3]>,
 }
 
 impl Face {
     /// Twice the area, along the side that the winding faces.
-    pub fn cross(&self) -> DVec3 {
+    pub(crate) fn cross(&self) -> DVec3 {
         let [a, b, c] = self.corners;
         (b - a).cross(c - a)
     }
 }
 
 /// All faces of a model, those of an object together, with the objects' bounds to pass them by.
-pub struct World {
-    pub faces: Vec<Face>,
+pub(crate) struct World {
+    pub(crate) faces: Vec<Face>,
     objects: Vec<(std::ops::Range<usize>, [DVec3; 2])>,
 }
 
 /// The nearest face that a ray meets.
-pub struct Hit<'a> {
-    pub distance: f64,
-    pub face: &'a Face,
+pub(crate) struct Hit<'a> {
+    pub(crate) distance: f64,
+    pub(crate) face: &'a Face,
 }
 
 impl World {
     /// Reads what the writer wrote: positions and normals are those of the file.
-    pub fn read(model: &crate::lab::generate::obj_writer::Model) -> World {
+    pub(crate) fn read(model: &crate::lab::generate::obj_writer::Model) -> World {
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
         let (mut object, mut material) = (String::new(), String::new());
         let mut faces = Vec::new();
@@ -72,15 +72,15 @@ impl World {
     }
 
     /// The faces for which `keep` holds.
-    pub fn filtered(self, keep: impl Fn(&Face) -> bool) -> World {
+    pub(crate) fn filtered(self, keep: impl Fn(&Face) -> bool) -> World {
         World::new(self.faces.into_iter().filter(keep).collect())
     }
 
-    pub fn of_object<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Face> {
+    pub(crate) fn of_object<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Face> {
         self.faces.iter().filter(move |face| face.object == name)
     }
 
-    pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Hit<'_>> {
+    pub(crate) fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Hit<'_>> {
         let near_objects = self.objects.iter().filter(|object| meets_box(object.1, origin, direction));
         near_objects
             .flat_map(|object| &self.faces[object.0.clone()])
@@ -89,7 +89,7 @@ impl World {
     }
 
     /// Whether nothing stands between two points; a hundredth of a millimetre at either end does not count.
-    pub fn sees(&self, from: DVec3, to: DVec3) -> bool {
+    pub(crate) fn sees(&self, from: DVec3, to: DVec3) -> bool {
         let way = to - from;
         let direction = way.normalize();
         let hit = self.trace(from + direction * 1e-5, direction);
@@ -109,7 +109,7 @@ fn pick(index: Option<&str>, values: &[DVec3]) -> DVec3 {
 }
 
 /// Lower and upper corner of what holds the faces.
-pub fn bounds<'a>(faces: impl Iterator<Item = &'a Face>) -> [DVec3; 2] {
+pub(crate) fn bounds<'a>(faces: impl Iterator<Item = &'a Face>) -> [DVec3; 2] {
     faces
         .flat_map(|face| face.corners)
         .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
@@ -136,7 +136,7 @@ fn meets_face(face: &Face, origin: DVec3, direction: DVec3) -> Option<f64> {
 }
 
 /// Uniform on the unit sphere.
-pub fn random_direction(rng: &mut Rng) -> DVec3 {
+pub(crate) fn random_direction(rng: &mut Rng) -> DVec3 {
     let [u, v] = rng.f32x2().map(f64::from);
     let (y, angle) = (1.0 - 2.0 * u, std::f64::consts::TAU * v);
     let r = (1.0 - y * y).max(0.0).sqrt();
@@ -144,7 +144,7 @@ pub fn random_direction(rng: &mut Rng) -> DVec3 {
 }
 
 /// Uniform in a box.
-pub fn random_point(rng: &mut Rng, low: DVec3, high: DVec3) -> DVec3 {
+pub(crate) fn random_point(rng: &mut Rng, low: DVec3, high: DVec3) -> DVec3 {
     let t = DVec3::from_array([rng.f32(), rng.f32(), rng.f32()].map(f64::from));
     low + (high - low) * t
 }

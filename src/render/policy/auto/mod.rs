@@ -13,7 +13,7 @@ mod judged;
 mod pilot;
 mod verdict;
 
-pub use verdict::{Reason, Trial, Verdict};
+pub(crate) use verdict::{Reason, Trial, Verdict};
 
 use super::super::noise::Noise;
 use super::super::schedule::{LONGEST_ITERATION, doubled};

@@ -4,7 +4,7 @@ use crate::guiding::settings::GuidingMethod;
 use crate::integrator::path::PathIntegrator;
 use crate::integrator::{Batch, Task};
 use crate::math::{Rgb, luminance};
-use crate::render::Reason;
+use crate::render::policy::Reason;
 use crate::render::{Rendering, Settings, render};
 use crate::scene::Scene;
 

@@ -34,7 +34,7 @@ const LEAST_PLASTIC_ALPHA: f32 = 1e-3;
 
 impl Record {
     /// The material. Opaque ones scatter on both sides; emission leaves the side of the winding.
-    pub fn describe(&self) -> MaterialDescription {
+    pub(crate) fn describe(&self) -> MaterialDescription {
         let glass = self.is_glass();
         MaterialDescription {
             bsdf: if glass { self.dielectric() } else { self.opaque() },

@@ -11,46 +11,46 @@ use std::path::Path;
 #[derive(Debug, Default)]
 pub(super) struct Record {
     /// Offset of its `newmtl`.
-    pub at: usize,
+    pub(crate) at: usize,
     /// `Kd`
-    pub diffuse: Option<Rgb>,
+    pub(crate) diffuse: Option<Rgb>,
     /// `Ka`
-    pub ambient: Option<Rgb>,
+    pub(crate) ambient: Option<Rgb>,
     /// `Ks`
-    pub specular: Option<Rgb>,
+    pub(crate) specular: Option<Rgb>,
     /// `Ke`, ≥ 0
-    pub emission: Option<Rgb>,
+    pub(crate) emission: Option<Rgb>,
     /// `Tf`
-    pub filter: Option<Rgb>,
+    pub(crate) filter: Option<Rgb>,
     /// `Ns`, ≥ 0
-    pub exponent: Option<f32>,
+    pub(crate) exponent: Option<f32>,
     /// `Ni`, > 0
-    pub ior: Option<f32>,
+    pub(crate) ior: Option<f32>,
     /// `d`
-    pub dissolve: Option<f32>,
+    pub(crate) dissolve: Option<f32>,
     /// `Tr`
-    pub transparency: Option<f32>,
+    pub(crate) transparency: Option<f32>,
     /// `Pr`
-    pub roughness: Option<f32>,
+    pub(crate) roughness: Option<f32>,
     /// `Pm`
-    pub metallic: Option<f32>,
+    pub(crate) metallic: Option<f32>,
     /// `Ps`
-    pub sheen: Option<f32>,
+    pub(crate) sheen: Option<f32>,
     /// `Pc`
-    pub coat: Option<f32>,
+    pub(crate) coat: Option<f32>,
     /// `Pcr`
-    pub coat_roughness: Option<f32>,
+    pub(crate) coat_roughness: Option<f32>,
     /// `illum`
-    pub illumination: Option<f32>,
+    pub(crate) illumination: Option<f32>,
     /// `map_Kd`
-    pub diffuse_map: Option<ImageTexture>,
+    pub(crate) diffuse_map: Option<ImageTexture>,
     /// `map_d`
-    pub dissolve_map: Option<ImageTexture>,
+    pub(crate) dissolve_map: Option<ImageTexture>,
 }
 
 impl Record {
     /// Takes in one statement.
-    pub fn set(&mut self, keyword: &[u8], line: &[u8], folder: &Path, notes: &mut Notes) -> Result<(), Fault> {
+    pub(crate) fn set(&mut self, keyword: &[u8], line: &[u8], folder: &Path, notes: &mut Notes) -> Result<(), Fault> {
         let name = lines::excerpt(keyword);
         let mut statement = Statement { name: &name, fields: Fields::new(line, keyword.len()), notes };
         match &*name.to_ascii_lowercase() {

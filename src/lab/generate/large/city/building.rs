@@ -22,7 +22,7 @@ const WALLS: [&str; 3] = ["plaster", "brick", "concrete"];
 
 /// Right-handed axes about a corner, in which boxes and walls are given as (along, up, outward).
 #[derive(Clone, Copy)]
-pub struct Block {
+pub(crate) struct Block {
     origin: DVec3,
     along: DVec3,
     outward: DVec3,
@@ -30,7 +30,7 @@ pub struct Block {
 
 impl Block {
     /// The axes of the world.
-    pub fn world() -> Block {
+    pub(crate) fn world() -> Block {
         Block { origin: DVec3::ZERO, along: DVec3::X, outward: DVec3::Z }
     }
 
@@ -43,7 +43,7 @@ impl Block {
     }
 
     /// A box between two corners: without its bottom if it stands on the ground, else with all six sides.
-    pub fn write(&self, obj: &mut ObjStream, (low, high): (DVec3, DVec3), bottom: bool) -> io::Result<()> {
+    pub(crate) fn write(&self, obj: &mut ObjStream, (low, high): (DVec3, DVec3), bottom: bool) -> io::Result<()> {
         let (a, b) = (low.to_array(), high.to_array());
         self.sides(obj, a, b)?;
         self.quad(obj, [[b[0], a[1], a[2]], [a[0], a[1], a[2]], [a[0], b[1], a[2]], [b[0], b[1], a[2]]])?;
@@ -63,7 +63,7 @@ impl Block {
 }
 
 /// A house, by its numbers.
-pub struct Building {
+pub(crate) struct Building {
     number: u64,
     /// The middle of its ground plan.
     middle: DVec3,
@@ -83,7 +83,7 @@ enum Part {
 
 impl Building {
     /// House `number` about `middle`; `growth` scales how many floors houses have.
-    pub fn new(number: u64, middle: DVec3, growth: f64) -> Building {
+    pub(crate) fn new(number: u64, middle: DVec3, growth: f64) -> Building {
         let mut rng = Rng::new(number ^ 0xc17);
         let mut draw = |n: u32| rng.next_u32() % n;
         let bays = [5 + draw(3) as u64, 5 + draw(3) as u64];
@@ -93,11 +93,11 @@ impl Building {
         Building { number, middle, bays, floors, wall: WALLS[draw(3) as usize] }
     }
 
-    pub fn triangles(&self) -> u64 {
+    pub(crate) fn triangles(&self) -> u64 {
         CELL * self.floors * 2 * (self.bays[0] + self.bays[1]) + ROOF
     }
 
-    pub fn write(&self, obj: &mut ObjStream) -> io::Result<()> {
+    pub(crate) fn write(&self, obj: &mut ObjStream) -> io::Result<()> {
         for (part, material) in [(Part::Wall, self.wall), (Part::Dark, "window"), (Part::Lit, "window_lit")] {
             for (k, (wall, bays)) in self.walls().into_iter().enumerate() {
                 for cell in 0..bays * self.floors {
