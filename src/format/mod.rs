@@ -118,6 +118,7 @@ pub(crate) fn load_layers(path: &Path, common: &[String], overrides: &[String]) 
 ///
 /// # Errors
 /// As [`load`].
+#[cfg(test)]
 pub(crate) fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
     let (mut file, warnings) = toml::parse(text, path)?;
     apply_overrides(&mut file, path, overrides, false)?;

@@ -29,6 +29,7 @@ pub(crate) use triangle::EmissiveTriangle;
 pub(crate) use unit::LightUnit;
 
 use crate::fields::{FieldVisitor, Fields};
+#[cfg(test)]
 use crate::geometry::Ray;
 use crate::math::{Rgb, luminance};
 use crate::{Error, Result};
@@ -69,7 +70,7 @@ impl LightSample {
     }
 
     /// The ray from `origin`, just off the lit surface, that must reach the light.
-    #[inline]
+    #[cfg(test)]
     pub fn shadow_ray(&self, origin: Vec3) -> Ray {
         let Some(target) = self.target else { return Ray { org: origin, dir: self.wi, tfar: f32::INFINITY } };
         // aimed anew: the origin is not quite the point that the light was drawn from
