@@ -147,6 +147,7 @@ pub(super) fn layers(rendering: &Rendering, context: &Context) -> Vec<Layer> {
         Layer::scalar("", "Z", e.features.iter().map(|f| f.depth).collect()),
         Layer::scalar("samples", "Y", (0..e.mean.len()).map(|i| e.count(i) as f32).collect()),
     ];
+    layers.extend(e.layers.iter().map(|(layer, mean)| Layer::color(&layer.name(), mean)));
     layers.extend(context.denoised.iter().map(|denoised| Layer::color(DENOISED, &denoised.image.data)));
     layers.extend(context.guide_layers.iter().flat_map(Layers::channels));
     layers

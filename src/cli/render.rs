@@ -67,6 +67,9 @@ pub(crate) struct RenderArguments {
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
     #[arg(long)]
     guide_layers: bool,
+    /// Adds light that the EXR holds apart: emission, direct, indirect, or several with commas between.
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
+    layers: Vec<String>,
     /// Stops by which the PNG is brightened, or auto: by its log-average luminance, highlights kept. [default: the scene
     /// file's, else 0; auto for a model]
     #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
@@ -186,12 +189,15 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
     let open_ended = arguments.time.is_some() && arguments.spp.is_none();
     let spp = arguments.spp.map(|n| n.to_string()).or(open_ended.then(|| i32::MAX.to_string()));
     let budget = [spp.map(|n| format!("render.spp={n}")), arguments.time.map(|t| format!("render.time={t:?}"))];
+    let layers = (!arguments.layers.is_empty()).then(|| format!("render.layers={:?}", arguments.layers));
     let size = arguments.size.map(|(width, height)| [format!("film.width={width}"), format!("film.height={height}")]);
     let view = [
         arguments.exposure.map(|exposure| format!("film.exposure={exposure}")),
         arguments.tone.map(|tone| format!("film.tone={}", tone.name())),
     ];
-    arguments.choices.overrides(budget.into_iter().chain(view).flatten().chain(size.into_iter().flatten()))
+    arguments
+        .choices
+        .overrides(budget.into_iter().chain(view).flatten().chain(layers).chain(size.into_iter().flatten()))
 }
 
 /// The film in another size, of the same shape as far as whole pixels allow.
@@ -214,7 +220,9 @@ fn check_options(arguments: &RenderArguments, scene: &SceneFile, outputs: &Outpu
     {
         bail!("{option} needs a guide, and guiding.method is none");
     }
-    ensure!(!guide_layers || outputs.any("exr"), "--guide-layers needs a picture in EXR");
+    for (option, given) in [("--guide-layers", *guide_layers), ("--layers", !arguments.layers.is_empty())] {
+        ensure!(!given || outputs.any("exr"), "{option} needs a picture in EXR");
+    }
     for (option, given) in [("--exposure", arguments.exposure.is_some()), ("--tone", arguments.tone.is_some())] {
         ensure!(!given || outputs.any("png"), "{option} needs a picture in PNG: an EXR stays linear and unexposed");
     }

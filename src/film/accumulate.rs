@@ -3,7 +3,7 @@
 use super::group::{IterationGroup, parity};
 use super::surplus::Surplus;
 use super::tile::{Aovs, Tile, TileSamples};
-use crate::film::Combine;
+use crate::film::{Combine, RadianceLayer};
 use crate::math::Rgb;
 use rayon::prelude::*;
 
@@ -17,12 +17,17 @@ const MIN_GROUP: u32 = 4;
 /// guide and 230 with one, which the test `a_render_takes_the_memory_that_is_said` does again.
 pub const BYTES_PER_PIXEL: u64 = 256;
 
+/// As many more for each radiance layer: sums in double precision thrice (of the group, and before it), and the mean twice.
+pub(crate) const BYTES_PER_LAYER: u64 = 96;
+
 /// Accumulates what tiles bring back. Memory is constant in the number of samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Film {
     width: u32,
     height: u32,
     combine: Combine,
+    /// Those of the groups and of the picture.
+    layers: Vec<RadianceLayer>,
     group: IterationGroup,
     /// State of the group at the start of the current iteration, if the group spans several iterations.
     before: Option<IterationGroup>,
@@ -41,6 +46,8 @@ struct Picture {
     mean: Vec<Rgb>,
     /// Of the means.
     variance: Vec<Rgb>,
+    /// Means by radiance layer.
+    layers: Vec<Vec<Rgb>>,
     /// Sum of weights, for the black and the white squares of a checkerboard over the pixels. They are counts of samples
     /// where all groups so far told nothing of their noise.
     weight: [f64; 2],
@@ -64,6 +71,8 @@ pub struct Estimate {
     /// The same pixel by pixel, where they differ because rendering ended in the middle of a pass; else empty. A pixel
     /// without any is black.
     pub counts: Vec<u32>,
+    /// Means of the light in each radiance layer, in the order in which they were asked for.
+    pub layers: Vec<(RadianceLayer, Vec<Rgb>)>,
     /// Means of what the camera sees first.
     pub features: Vec<Aovs>,
 }
@@ -82,16 +91,18 @@ impl Estimate {
 }
 
 impl Film {
-    pub(crate) fn new(width: u32, height: u32, combine: Combine) -> Film {
+    /// A film with these radiance layers, which `TileSamples` bring in the same order.
+    pub(crate) fn new(width: u32, height: u32, combine: Combine, layers: &[RadianceLayer]) -> Film {
         let pixels = width as usize * height as usize;
         Film {
             width,
             height,
             combine,
-            group: IterationGroup::new(pixels),
+            layers: layers.to_vec(),
+            group: IterationGroup::new(pixels, layers.len()),
             before: None,
             pending: None,
-            picture: Picture::new(pixels),
+            picture: Picture::new(pixels, layers.len()),
             features: vec![Aovs::default(); pixels],
             feature_samples: 0,
             feature_surplus: Surplus::default(),
@@ -106,6 +117,9 @@ impl Film {
             for (k, i) in from.enumerate() {
                 self.group.sum[to + k] += samples.sum[i].as_dvec3();
                 self.group.sum_squares[to + k] += samples.sum_squares[i];
+                for (layer, sums) in self.group.layers.iter_mut().zip(&samples.layers) {
+                    layer[to + k] += sums[i].as_dvec3();
+                }
                 if let Some(&features) = samples.features.get(i) {
                     self.features[to + k] += features;
                 }
@@ -163,7 +177,7 @@ impl Film {
             return;
         }
         if let Some(before) = self.pending.take() {
-            let new = IterationGroup::new(self.pixels());
+            let new = self.empty_group();
             let rest = std::mem::replace(&mut self.group, new);
             self.pending = Some(before.joined(&rest));
         }
@@ -192,6 +206,7 @@ impl Film {
             counts: if surplus.is_empty() { Vec::new() } else { counts.collect() },
             mean: picture.mean,
             variance: picture.variance,
+            layers: self.layers.iter().copied().zip(picture.layers).collect(),
             features: self.features.iter().enumerate().map(|(i, &f)| f * share(i)).collect(),
         }
     }
@@ -200,8 +215,12 @@ impl Film {
         self.features.len()
     }
 
+    fn empty_group(&self) -> IterationGroup {
+        IterationGroup::new(self.pixels(), self.layers.len())
+    }
+
     fn close_group(&mut self) {
-        let new = IterationGroup::new(self.pixels());
+        let new = self.empty_group();
         let closed = std::mem::replace(&mut self.group, new);
         let (mut picture, pending) = (std::mem::take(&mut self.picture), self.pending.take());
         self.weigh_in(&mut picture, pending.as_ref(), &closed);
@@ -214,7 +233,8 @@ impl Film {
     fn weigh_in(&self, picture: &mut Picture, pending: Option<&IterationGroup>, newest: &IterationGroup) {
         match self.combine {
             Combine::Last => {
-                let before = std::mem::replace(picture, Picture::new(self.pixels()));
+                let new = Picture::new(self.pixels(), self.layers.len());
+                let before = std::mem::replace(picture, new);
                 picture.weigh_in(self.width, newest, [Some(1.0); 2]);
                 picture.fill_in(before, newest);
             }
@@ -229,10 +249,11 @@ impl Film {
 }
 
 impl Picture {
-    fn new(pixels: usize) -> Picture {
+    fn new(pixels: usize, layers: usize) -> Picture {
         Picture {
             mean: vec![Rgb::ZERO; pixels],
             variance: vec![Rgb::ZERO; pixels],
+            layers: vec![vec![Rgb::ZERO; pixels]; layers],
             weight: [0.0; 2],
             told: [false; 2],
             samples: 0,
@@ -254,6 +275,12 @@ impl Picture {
             *mean += (newer - *mean) * new;
             *variance = *variance * old.powi(2) + newer_variance * new.powi(2);
         });
+        for (layer, means) in self.layers.iter_mut().enumerate() {
+            means.par_iter_mut().enumerate().for_each(|(i, mean)| {
+                let (_, new) = group.shares(i, mean_count, shares[parity(i, width as usize)]);
+                *mean += (group.layer_mean(layer, i) - *mean) * new;
+            });
+        }
         self.samples += group.samples;
         self.surplus.add_all(&group.surplus);
     }
@@ -286,6 +313,7 @@ impl Picture {
         let pixels = self.mean.len();
         for i in (0..pixels).filter(|&i| newest.count(i) == 0) {
             (self.mean[i], self.variance[i]) = (before.mean[i], before.variance[i]);
+            self.layers.iter_mut().zip(&before.layers).for_each(|(means, before)| means[i] = before[i]);
             self.surplus.add(i..i + 1, before.samples, pixels);
         }
     }

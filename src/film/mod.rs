@@ -4,9 +4,12 @@ pub mod accumulate;
 pub(crate) mod alike;
 pub(crate) mod blur;
 mod group;
+mod radiance_layer;
 mod settings;
 mod surplus;
 pub(crate) mod tile;
 
+pub(crate) use radiance_layer::LightPath;
+pub use radiance_layer::RadianceLayer;
 pub(crate) use settings::SIDE;
 pub use settings::{Combine, FilmSettings, Filter, MAX_SIDE};

@@ -23,6 +23,8 @@ pub(crate) struct TileSamples {
     /// Σ L and Σ L².
     pub(crate) sum: Vec<Rgb>,
     pub(crate) sum_squares: Vec<Rgb>,
+    /// Σ L by radiance layer, in the order in which they were asked for.
+    pub(crate) layers: Vec<Vec<Rgb>>,
     /// Empty where not asked for.
     pub(crate) features: Vec<Aovs>,
 }

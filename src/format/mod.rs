@@ -14,6 +14,7 @@ pub(crate) use model::whole_file;
 
 use crate::document::{Node, Reader, Source, overrides_tree};
 use crate::embree::Device;
+use crate::film::accumulate::BYTES_PER_LAYER;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
 use crate::integrator::{IntegratorSettings, Roulette};
 use crate::io::memory;
@@ -67,8 +68,11 @@ impl SceneFile {
         Ok(loaded)
     }
 
-    /// That there is memory for what the guide may take, before it is asked for.
+    /// That there is memory for radiance layers and for what the guide may take, before it is asked for.
     fn check_memory(&self) -> Result<()> {
+        let (film, layers) = (&self.scene.film, self.render.layers.len() as u64);
+        memory::check(layers * u64::from(film.width) * u64::from(film.height) * BYTES_PER_LAYER)
+            .map_err(|shortage| Error::Scene(format!("render.layers: {layers} layers {shortage}")))?;
         if self.guiding.method == GuidingMethod::None {
             return Ok(());
         }

@@ -13,6 +13,7 @@ use super::probe::{Cast, Probe, Stage};
 use super::roulette::RouletteNormalisation;
 use super::stop::Stop;
 use crate::embree::Coherence;
+use crate::film::RadianceLayer;
 use crate::film::tile::{Aovs, Tile};
 use crate::geometry::Ray;
 use crate::guiding::Field;
@@ -35,6 +36,8 @@ pub(crate) struct PathIntegrator<'a> {
     pub(crate) features: bool,
     /// Also tell the light that bounced from what came directly.
     pub(crate) bounced: bool,
+    /// Layers of light that are kept apart.
+    pub(crate) layers: &'a [RadianceLayer],
 }
 
 /// How the guide takes part.
@@ -103,8 +106,7 @@ impl PathIntegrator<'_> {
         let tile = Tile { x: 0, y: 0, width: starts.len() as u32, height: 1 };
         let task = Task { tile, first_sample: 0, samples: 1 };
         batch.wave.clear();
-        batch.radiance.clear();
-        batch.radiance.resize(starts.len(), Rgb::ZERO);
+        batch.radiance.begin(std::iter::empty(), starts.len());
         for (slot, &Start { ray, pdf, rng }) in (0..).zip(starts) {
             batch.wave.rays.push(&ray);
             let pdf = pdf.unwrap_or(f32::INFINITY);
@@ -115,7 +117,12 @@ impl PathIntegrator<'_> {
         let mut walk = Wavefront { integrator: self, task: &task, batch, probe, counters, learn: false, jitter };
         walk.weigh_pixels();
         walk.advance(2, &Stop::new());
-        walk.batch.radiance.clone()
+        walk.batch.radiance.all.clone()
+    }
+
+    /// Light that no choice of directions helps with: what the first vertex emits, and what shadow rays from it find.
+    pub(super) fn unbounced(&self) -> Option<RadianceLayer> {
+        self.bounced.then_some(RadianceLayer::Shortest(if self.settings.next_event { 2 } else { 1 }))
     }
 }
 
@@ -140,14 +147,12 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let (task, integrator, b) = (self.task, self.integrator, &mut *self.batch);
         let tile = task.tile;
         b.wave.clear();
-        b.radiance.clear();
-        b.radiance.resize(task.paths(), Rgb::ZERO);
+        b.radiance.begin(integrator.layers.iter().copied().chain(integrator.unbounced()), task.paths());
         b.features.clear();
         b.features.resize(if integrator.features { task.paths() } else { 0 }, Aovs::default());
         if self.learn {
             b.wave.paths.arrivals.begin(task.paths());
         }
-        b.direct.clear();
         let camera = &integrator.scene.camera;
         for sample in 0..task.samples {
             for_blocks(tile.width, tile.height, |x, y| {
@@ -182,7 +187,6 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             self.counters.rays += self.batch.wave.rays.len() as u64;
             self.trace(depth, coherence);
             self.shade_wave(depth as u32);
-            self.keep_direct(depth);
             self.counters.shadow_rays += self.batch.shadow_rays.len() as u64;
             self.trace_shadows(depth);
             self.add_next_events(depth);
@@ -190,15 +194,6 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             depth += 1;
         }
         true
-    }
-
-    /// Notes what each path has brought by the time when only light of a further bounce can follow: that which the first
-    /// vertex emits, and that of lights which it saw. No choice of directions helps with what shadow rays find.
-    fn keep_direct(&mut self, depth: usize) {
-        let PathIntegrator { settings, bounced, .. } = self.integrator;
-        if *bounced && depth == if settings.next_event { 2 } else { 1 } {
-            self.batch.direct.extend_from_slice(&self.batch.radiance);
-        }
     }
 
     fn trace(&mut self, depth: usize, coherence: Coherence) {

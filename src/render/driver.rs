@@ -169,6 +169,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         let (wall_seconds, cpu) = (self.limits.elapsed(), self.limits.cpu.elapsed());
         let (mut estimate, unit) = (state.film.resolve(), self.job.scene.light_unit());
         estimate.mean.par_iter_mut().for_each(|mean| *mean = unit.radiance(*mean));
+        estimate.layers.par_iter_mut().flat_map(|(_, means)| means).for_each(|mean| *mean = unit.radiance(*mean));
         estimate.variance.par_iter_mut().for_each(|variance| *variance = unit.squared_radiance(*variance));
         Rendering {
             estimate,

@@ -103,6 +103,7 @@ fn look(scene: &Scene, settings: &Settings, state: &RenderState, columns: [u32; 
         seed: 1,
         features: false,
         bounced: false,
+        layers: &[],
     };
     const SAMPLES: u32 = 2048;
     let result = integrator.render(&Task { tile, first_sample: 1 << 20, samples: SAMPLES }, &mut Batch::new());

@@ -77,7 +77,7 @@ impl RenderState {
         let first = (learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST_ITERATION as u64) as u32;
         let policy = Policy::asked_for(settings.guiding.method, wanted, first, settings.render.time.is_some(), pixels);
         RenderState {
-            film: Film::new(width, height, combine(settings, &policy)),
+            film: Film::new(width, height, combine(settings, &policy), &settings.render.layers),
             guide,
             plan: policy.next_iteration(&History { samples: 0, planned: None }),
             policy,

@@ -102,6 +102,7 @@ impl Tracer {
             seed: state.seed,
             features: false,
             bounced: state.plan.mode == Mode::Pilot,
+            layers: &job.settings.render.layers,
         };
         let queue = WorkQueue {
             integrator,

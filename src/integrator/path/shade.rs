@@ -3,6 +3,7 @@
 use super::guided::{edge, edges};
 use super::packet::Packet;
 use super::{PathIntegrator, Probe, Stage, Wavefront};
+use crate::film::LightPath;
 use crate::film::tile::Aovs;
 use crate::geometry::{NOTHING, Ray, RayRows, SurfaceInteraction};
 use crate::integrator::batch::{PathPacket, PathState};
@@ -86,7 +87,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let mut le = Rgb::ZERO;
         if rays.hit(i).is_none() {
             le = self.weigh_environment(rays.ray(i).dir, paths.pdf(i));
-            self.batch.radiance[paths.slot(i) as usize] += paths.throughput(i) * le;
+            let path = LightPath { segments: depth };
+            self.batch.radiance.add(paths.slot(i) as usize, path, paths.throughput(i) * le);
         }
         self.keep_local(i, depth, le);
     }
@@ -116,7 +118,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     fn take_emission(&mut self, i: usize, depth: u32, si: &SurfaceInteraction) {
         let (le, paths) = (self.weigh_emission(i, si), &self.batch.wave.paths);
         if le != Rgb::ZERO {
-            self.batch.radiance[paths.slot(i) as usize] += paths.throughput(i) * le;
+            let path = LightPath { segments: depth };
+            self.batch.radiance.add(paths.slot(i) as usize, path, paths.throughput(i) * le);
             self.keep_local(i, depth, le);
         }
     }

@@ -33,6 +33,7 @@ fn bounced_light_is_what_direct_light_leaves() {
                 seed: 1,
                 features: false,
                 bounced: true,
+                layers: &[],
             };
             integrator.render(&task, &mut Batch::new())
         };
