@@ -12,6 +12,7 @@ use crate::film::{FilmSettings, MAX_SIDE};
 use crate::format;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
+use crate::image::Rectangle;
 use crate::image::{Exposure, Image, Tone, ViewTransform};
 use crate::inspect::Layers;
 use crate::render::guide_file::{self, GuideFingerprint};
@@ -51,6 +52,9 @@ pub(crate) struct RenderArguments {
     /// Scales the picture's size, for example 50%.
     #[arg(long, value_name = "PERCENT", value_parser = amounts::scale)]
     scale: Option<f64>,
+    /// Renders a part of the picture alone, in pixels from the upper left of the whole as --size and --scale leave it.
+    #[arg(long, value_name = "X,Y,W,H", value_parser = amounts::rectangle)]
+    crop: Option<Rectangle>,
     /// Samples per pixel, over all iterations, for example 64 or 1k. [default: the scene file's, else 64]
     #[arg(long, value_name = "N", value_parser = amounts::count_u32)]
     spp: Option<u32>,
@@ -67,7 +71,8 @@ pub(crate) struct RenderArguments {
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
     #[arg(long)]
     guide_layers: bool,
-    /// Adds light that the EXR holds apart: emission, direct, indirect, or several with commas between.
+    /// Adds layers to the EXR, with commas between: light apart (emission, direct, indirect), P (places), N (normals of
+    /// triangles), cryptomatte.
     #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
     layers: Vec<String>,
     /// Stops by which the PNG is brightened, or auto: by its log-average luminance, highlights kept. [default: the scene
@@ -100,7 +105,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     progress::choose(show);
     let threads = arguments.choices.machine.start(arguments.quiet)?;
     let (mut description, warnings) = format::load(&arguments.scene, &overrides(arguments))?;
-    arguments.scale.map_or(Ok(()), |scale| rescale(&mut description.scene.film, scale))?;
+    let film = &mut description.scene.film;
+    arguments.scale.map_or(Ok(()), |scale| rescale(film, scale))?;
+    arguments.crop.map_or(Ok(()), |part| crop(film, &part))?;
     let outputs = outputs(arguments)?;
     check_options(arguments, &description, &outputs)?;
     // Whoever lacks the library learns it now and not when hours are gone.
@@ -142,6 +149,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         view: view(film, &rendering, denoised.as_ref()),
         exposure_auto: film.exposure == Exposure::Auto,
         subject: subject(&scene, &description),
+        whole: [film.width, film.height],
+        extra_layers: description.render.layers.clone(),
         guide_layers: rendering.guide.as_ref().filter(|_| arguments.guide_layers).map(|g| Layers::new(&scene, g)),
         denoised,
     };
@@ -202,12 +211,19 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
 
 /// The film in another size, of the same shape as far as whole pixels allow.
 fn rescale(film: &mut FilmSettings, scale: f64) -> Result<()> {
+    ensure!(film.crop.is_none(), "--scale and film.crop: give the part of the smaller picture by --crop");
     for side in [&mut film.width, &mut film.height] {
         let scaled = amounts::scaled(u64::from(*side), scale);
         ensure!(scaled <= MAX_SIDE.into(), "--scale makes a side of {scaled} pixels, and {MAX_SIDE} are the most");
         *side = scaled as u32;
     }
     Ok(())
+}
+
+fn crop(film: &mut FilmSettings, part: &Rectangle) -> Result<()> {
+    let side = |n: usize| u32::try_from(n).map_err(|_| anyhow!("--crop: {n} pixels are more than a picture has"));
+    film.crop = Some([side(part.x)?, side(part.y)?, side(part.width)?, side(part.height)?]);
+    film.check_crop().map_err(|error| anyhow!("--crop: {error}"))
 }
 
 /// Refuses options that could do nothing.

@@ -74,7 +74,7 @@ fn a_pixel_has_mean_and_variance_of_its_own_samples() {
     for combine in COMBINES {
         let mut known = Known::new(combine, 1);
         known.iterate(5, 3, 1.0);
-        let estimate = known.film.resolve();
+        let estimate = known.film.clone().finish();
         assert_eq!((estimate.samples, estimate.spread()), (6, (5, 8, 0)), "{combine:?}");
         for i in 0..PIXELS {
             let (mean, variance) = known.of(i);

@@ -1,6 +1,7 @@
 //! Whatever samples a film is given, its picture is finite; and black groups have no say in how noise is weighed.
 
 use super::*;
+use crate::film::group::parity;
 use proptest::prelude::*;
 
 const COMBINES: [Combine; 3] = [Combine::InverseVariance, Combine::All, Combine::Last];

@@ -22,13 +22,6 @@ pub(crate) struct LightPath {
 }
 
 impl RadianceLayer {
-    /// Those that can be asked for, by their names in scene files and pictures.
-    pub(crate) const NAMES: &[(&'static str, RadianceLayer)] = &[
-        ("emission", RadianceLayer::Emission),
-        ("direct", RadianceLayer::Direct),
-        ("indirect", RadianceLayer::Indirect),
-    ];
-
     /// Whether the layer holds light of this path.
     #[inline(always)]
     pub(crate) fn takes(self, path: LightPath) -> bool {
@@ -39,23 +32,19 @@ impl RadianceLayer {
             RadianceLayer::Shortest(most) => path.segments <= most,
         }
     }
-
-    /// Its name in pictures.
-    pub(crate) fn name(self) -> String {
-        let named = RadianceLayer::NAMES.iter().find(|(_, layer)| *layer == self);
-        named.map_or_else(|| format!("{self:?}"), |(name, _)| (*name).to_owned())
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const ALL: [RadianceLayer; 3] = [RadianceLayer::Emission, RadianceLayer::Direct, RadianceLayer::Indirect];
+
     #[test]
     fn each_path_is_in_one_of_the_named_layers() {
         for segments in 1..9 {
             let path = LightPath { segments };
-            assert_eq!(RadianceLayer::NAMES.iter().filter(|(_, layer)| layer.takes(path)).count(), 1);
+            assert_eq!(ALL.iter().filter(|layer| layer.takes(path)).count(), 1);
             assert_eq!(RadianceLayer::Shortest(4).takes(path), segments <= 4);
         }
     }

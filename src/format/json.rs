@@ -64,7 +64,7 @@ impl Import<'_> {
     fn camera(&mut self, node: Node) -> Result<(), Fault> {
         let mut t = Reader::new("camera", node)?;
         t.chosen("type", &[("perspective", ())])?;
-        let mut c: CameraDescription = camera::camera_facing_up();
+        let mut c = CameraDescription::default();
         t.vector("origin", COORDINATE, &mut c.origin)?;
         t.vector("target", COORDINATE, &mut c.target)?;
         t.vector("up", COORDINATE, &mut c.up)?;

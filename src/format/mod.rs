@@ -70,8 +70,9 @@ impl SceneFile {
 
     /// That there is memory for radiance layers and for what the guide may take, before it is asked for.
     fn check_memory(&self) -> Result<()> {
-        let (film, layers) = (&self.scene.film, self.render.layers.len() as u64);
-        memory::check(layers * u64::from(film.width) * u64::from(film.height) * BYTES_PER_LAYER)
+        let [width, height] = self.scene.film.rendered();
+        let layers = self.render.radiance_layers().len() as u64;
+        memory::check(layers * u64::from(width) * u64::from(height) * BYTES_PER_LAYER)
             .map_err(|shortage| Error::Scene(format!("render.layers: {layers} layers {shortage}")))?;
         if self.guiding.method == GuidingMethod::None {
             return Ok(());

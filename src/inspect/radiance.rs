@@ -82,6 +82,7 @@ impl Radiance {
                 guide: None,
                 seed,
                 features: false,
+                ids: false,
                 bounced: false,
                 layers: &[],
             },

@@ -4,6 +4,7 @@ use super::backward_pass::{Return, WaveRecord};
 use super::radiance::Radiance;
 use super::vertex_record::VertexRecords;
 use crate::embree::{HitBatch, ShadowBatch};
+use crate::film::ids::Ids;
 use crate::film::tile::{Aovs, Tile, TileSamples};
 use crate::guiding::Recorder;
 use crate::io::clock::CpuTime;
@@ -216,6 +217,8 @@ pub struct Batch {
     pub(super) points: Vec<(Vec3, Vec3)>,
     pub(super) radiance: Radiance,
     pub(super) features: Vec<Aovs>,
+    /// What camera rays met; empty where not asked for.
+    pub(super) ids: Vec<Ids>,
     /// By path, 1 over the luminance expected of its pixel, where guided roulette goes by it.
     pub(super) inverse_luminance: Vec<f32>,
     /// Empty: for the next task's transitions, perhaps with room from earlier ones.
@@ -234,6 +237,7 @@ impl Batch {
             points: Vec::new(),
             radiance: Radiance::default(),
             features: Vec::new(),
+            ids: Vec::new(),
             inverse_luminance: Vec::new(),
             recorder: Recorder::new(),
         }

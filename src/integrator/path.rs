@@ -14,6 +14,7 @@ use super::roulette::RouletteNormalisation;
 use super::stop::Stop;
 use crate::embree::Coherence;
 use crate::film::RadianceLayer;
+use crate::film::ids::NOTHING;
 use crate::film::tile::{Aovs, Tile};
 use crate::geometry::Ray;
 use crate::guiding::Field;
@@ -34,6 +35,8 @@ pub(crate) struct PathIntegrator<'a> {
     pub(crate) seed: u64,
     /// Also average what the camera sees first.
     pub(crate) features: bool,
+    /// With these, also count which objects and materials it sees.
+    pub(crate) ids: bool,
     /// Also tell the light that bounced from what came directly.
     pub(crate) bounced: bool,
     /// Layers of light that are kept apart.
@@ -150,6 +153,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         b.radiance.begin(integrator.layers.iter().copied().chain(integrator.unbounced()), task.paths());
         b.features.clear();
         b.features.resize(if integrator.features { task.paths() } else { 0 }, Aovs::default());
+        b.ids.clear();
+        b.ids.resize(if integrator.features && integrator.ids { task.paths() } else { 0 }, NOTHING);
         if self.learn {
             b.wave.paths.arrivals.begin(task.paths());
         }
@@ -158,8 +163,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             for_blocks(tile.width, tile.height, |x, y| {
                 let slot = sample * tile.pixels() as u32 + y * tile.width + x;
                 let (px, py) = (tile.x + x, tile.y + y);
-                let mut rng = Rng::for_path(integrator.seed, py * camera.width + px, task.first_sample + sample);
-                b.wave.rays.push(&camera.ray(px, py, rng.f32x2()));
+                let mut rng = Rng::for_path(integrator.seed, camera.pixel(px, py), task.first_sample + sample);
+                b.wave.rays.push(&camera.sample_ray(px, py, &mut rng));
                 b.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf: f32::INFINITY, analog: 1.0 });
             });
         }
@@ -214,7 +219,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     /// Random numbers of the batch, apart from those of its paths.
     fn jitter_numbers(&self) -> Rng {
         let Task { tile, first_sample, .. } = *self.task;
-        let corner = tile.y * self.integrator.scene.camera.width + tile.x;
+        let corner = self.integrator.scene.camera.pixel(tile.x, tile.y);
         Rng::for_path(!self.integrator.seed, corner, first_sample)
     }
 }

@@ -102,6 +102,7 @@ fn look(scene: &Scene, settings: &Settings, state: &RenderState, columns: [u32; 
         guide: Some(guide),
         seed: 1,
         features: false,
+        ids: false,
         bounced: false,
         layers: &[],
     };

@@ -1,5 +1,5 @@
 use super::*;
-use crate::film::accumulate::Estimate;
+use crate::film::accumulate::{Estimate, PictureIds};
 use crate::math::{Rgb, luminance, rng::Rng};
 
 /// A picture of random greys with some noise, times `scale`.
@@ -17,6 +17,7 @@ fn picture(scale: f32) -> Estimate {
         samples: 16,
         layers: Vec::new(),
         features: Vec::new(),
+        ids: PictureIds::default(),
         counts: Vec::new(),
     }
 }

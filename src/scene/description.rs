@@ -24,16 +24,50 @@ pub struct SceneDescription {
     pub(crate) lights: Vec<LightDescription>,
 }
 
-/// A perspective camera.
+/// How a camera sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Projection {
+    Perspective,
+    /// All rays are parallel.
+    Orthographic,
+    /// All directions by longitude and latitude, 360° × 180°, the target in the middle.
+    Panorama,
+}
+
+/// A camera.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CameraDescription {
+    pub(crate) projection: Projection,
     pub(crate) origin: Vec3,
     pub(crate) target: Vec3,
     pub(crate) up: Vec3,
-    /// Vertical field of view in degrees, in (0, 180).
+    /// Vertical field of view in degrees, in (0, 180), of a perspective camera.
     pub(crate) vfov: f32,
+    /// Height of what an orthographic camera sees, in the scene's unit.
+    pub(crate) view_height: f32,
+    /// Radius of the lens of a perspective camera, in the scene's unit; 0 for a pinhole.
+    pub(crate) aperture_radius: f32,
+    /// Along the view; `None`: the target is in focus.
+    pub(crate) focus_distance: Option<f32>,
     /// The picture is flipped left to right (scene formats with a left-handed camera).
     pub(crate) mirrored: bool,
+}
+
+impl Default for CameraDescription {
+    /// What a camera has before its keys are read.
+    fn default() -> CameraDescription {
+        CameraDescription {
+            projection: Projection::Perspective,
+            origin: Vec3::ZERO,
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            vfov: 45.0,
+            view_height: 1.0,
+            aperture_radius: 0.0,
+            focus_distance: None,
+            mirrored: false,
+        }
+    }
 }
 
 /// A model and where it stands.

@@ -6,7 +6,7 @@
 //! A mesh is hashed as its file has it, with its transform beside it, so that no rounding of points has a part in the
 //! hash. (A rotation by an angle is what the machine's sine makes of it.)
 
-use super::description::{CameraDescription, MaterialDescription, SceneDescription};
+use super::description::{CameraDescription, MaterialDescription, Projection, SceneDescription};
 use crate::Result;
 use crate::fields::Fields;
 use crate::film::{FilmSettings, Filter};
@@ -104,23 +104,41 @@ fn number<'a>(names: &mut Vec<&'a str>, name: &'a str) -> u64 {
 /// Over all that decides what the picture shows: the hash of the content, camera and film. Settings that only decide how
 /// fast the picture is found are left out.
 pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, content: u64) -> u64 {
-    let FilmSettings { width, height, filter, exposure: _, tone: _ } = film;
+    let FilmSettings { width, height, filter, crop, exposure: _, tone: _ } = film;
     let mut canon = Canon::new(VIEW);
     canon.u64(content);
     canon.flag(camera.is_some());
-    if let Some(CameraDescription { origin, target, up, vfov, mirrored }) = camera {
-        [origin, target, up].into_iter().for_each(|v| canon.vector(*v));
-        canon.floats([*vfov]);
-        canon.flag(*mirrored);
-    }
+    camera.iter().for_each(|camera| add_camera(camera, &mut canon));
     canon.u32(*width);
     canon.u32(*height);
+    crop.iter().flatten().for_each(|side| canon.u32(*side));
     canon.u32(match filter {
         Filter::Box => 0,
         Filter::Tent => 1,
         Filter::Gaussian => 2,
     });
     canon.finish()
+}
+
+/// Pinholes add what they always did, so that their scenes keep their hashes.
+fn add_camera(camera: &CameraDescription, canon: &mut Canon) {
+    let CameraDescription { projection, origin, target, up, vfov, view_height, .. } = camera;
+    let CameraDescription { aperture_radius, focus_distance, mirrored, .. } = camera;
+    [origin, target, up].into_iter().for_each(|v| canon.vector(*v));
+    canon.floats([*vfov]);
+    canon.flag(*mirrored);
+    match projection {
+        Projection::Perspective => {}
+        Projection::Orthographic => {
+            canon.u32(1);
+            canon.floats([*view_height]);
+        }
+        Projection::Panorama => canon.u32(2),
+    }
+    if *aperture_radius > 0.0 {
+        canon.u32(3);
+        canon.floats([*aperture_radius, focus_distance.unwrap_or(0.0)]);
+    }
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::description::{MaterialDescription, SceneDescription};
 use super::emitters::{Surfaces, lights};
 use super::hash;
 use super::material::Material;
-use super::{Camera, Scene};
+use super::{Camera, Scene, SceneNames};
 use crate::bsdf::CoatTables;
 use crate::embree::Device;
 use crate::film::FilmSettings;
@@ -65,7 +65,9 @@ impl Scene {
     ) -> Result<(Scene, Vec<String>)> {
         check_memory(&description.film)?;
         watch(LoadStage::Models);
-        let LoadedAssets { meshes, hashes, materials, mut warnings, .. } = LoadedAssets::of(description)?;
+        let gathered = LoadedAssets::of(description)?;
+        let names = SceneNames::of(description, &gathered);
+        let LoadedAssets { meshes, hashes, materials, mut warnings, .. } = gathered;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
@@ -95,7 +97,7 @@ impl Scene {
         // what the scene took is no longer there
         check_memory(film)?;
         let scene = Scene {
-            camera: Camera::new(&camera, film.width, film.height, film.filter)?,
+            camera: Camera::new(&camera, film)?,
             geometry,
             hash: hash::view(description.camera.as_ref(), film, content_hash),
             content_hash,
@@ -105,6 +107,7 @@ impl Scene {
             textures,
             lights,
             light_unit,
+            names,
             bounds,
             build_seconds,
         };
@@ -114,7 +117,8 @@ impl Scene {
 
 /// That there is memory for the picture, before it is asked for.
 fn check_memory(film: &FilmSettings) -> Result<()> {
-    let (width, height) = (film.width, film.height);
+    film.check_crop().map_err(|error| Error::Scene(format!("film.crop: {error}")))?;
+    let [width, height] = film.rendered();
     memory::check(u64::from(width) * u64::from(height) * BYTES_PER_PIXEL)
         .map_err(|shortage| Error::Scene(format!("film.width × film.height: {width} × {height} pixels {shortage}")))
 }

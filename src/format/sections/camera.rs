@@ -1,14 +1,13 @@
 //! `[camera]`, and what every section has in common.
 
-use crate::document::{Bounds, COORDINATE, Fault, Key, Node, Reader, key};
-use crate::scene::description::CameraDescription;
-use glam::Vec3;
+use crate::document::{Bounds, COORDINATE, Fault, Key, NOT_NEGATIVE, Node, POSITIVE, Reader, key};
+use crate::scene::description::{CameraDescription, Projection};
 
 /// Degrees of a field of view.
 pub(in crate::format) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
 /// `None` before means that the section places a camera, else it changes the one there is.
 pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescription>) -> Result<(), Fault> {
-    let mut c = camera.clone().unwrap_or_else(camera_facing_up);
+    let mut c = camera.clone().unwrap_or_default();
     let new = camera.is_none();
     let placed = |k: Key| if new { k.required() } else { k };
     t.vector(placed(key("origin", "where the eye is").unit("length")), COORDINATE, &mut c.origin)?;
@@ -16,8 +15,7 @@ pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescri
     t.vector(placed(target), COORDINATE, &mut c.target)?;
     let up = "what is up in the picture; not zero, and not along the view";
     t.vector(key("up", up), COORDINATE, &mut c.up)?;
-    let vfov = key("vfov", "field of view from the lower to the upper edge").unit("degrees");
-    t.number(vfov, VFOV, &mut c.vfov)?;
+    projection(t, &mut c)?;
     t.flag(key("mirrored", "flips the picture left to right"), &mut c.mirrored)?;
     t.complete()?;
     check_camera(t, &c)?;
@@ -25,10 +23,32 @@ pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescri
     Ok(())
 }
 
-/// What a camera has before its keys are read; that `origin` and `target` are given is checked after.
-pub(in crate::format) fn camera_facing_up() -> CameraDescription {
-    let (origin, target, up) = (Vec3::ZERO, Vec3::ZERO, Vec3::Y);
-    CameraDescription { origin, target, up, vfov: 45.0, mirrored: false }
+const PROJECTIONS: &[(&str, Projection)] = &[
+    ("perspective", Projection::Perspective),
+    ("orthographic", Projection::Orthographic),
+    ("panorama", Projection::Panorama),
+];
+
+/// How the camera sees.
+fn projection(t: &mut Reader, c: &mut CameraDescription) -> Result<(), Fault> {
+    let projection = "a panorama has all directions by longitude and latitude, the target in the middle, and should be twice as wide \
+        as high";
+    t.choice(key("projection", projection), PROJECTIONS, &mut c.projection)?;
+    let perspective = |k: Key| k.only(c.projection == Projection::Perspective, "`projection = \"perspective\"`");
+    let orthographic = |k: Key| k.only(c.projection == Projection::Orthographic, "`projection = \"orthographic\"`");
+    let vfov = key("vfov", "field of view from the lower to the upper edge").unit("degrees");
+    t.number(perspective(vfov), VFOV, &mut c.vfov)?;
+    let height = key("view_height", "from the lower to the upper edge of the picture").unit("length");
+    t.number(orthographic(height), POSITIVE, &mut c.view_height)?;
+    let aperture =
+        key("aperture_radius", "of the lens; what is not in focus is blurred. 0 is a pinhole").unit("length");
+    t.number(perspective(aperture), NOT_NEGATIVE, &mut c.aperture_radius)?;
+    let focus = "of the plane that is sharp, along the view; without it the target is in focus";
+    let focus = perspective(key("focus_distance", focus).unit("length").optional());
+    let mut distance = c.focus_distance.unwrap_or(1.0);
+    t.number(focus, POSITIVE, &mut distance)?;
+    c.focus_distance = if t.has("focus_distance") { Some(distance) } else { c.focus_distance };
+    Ok(())
 }
 
 /// That all of `keys`, which were asked for, were there.

@@ -28,6 +28,8 @@ const MINIMAL: &[(&str, &str)] = &[
     ("environment", "[[light]]\ntype = 'environment'\npath = 'a.exr'\n"),
     ("point", "[[light]]\ntype = 'point'\nposition = [0, 1, 0]\nintensity = 1\n"),
     ("directional", "[[light]]\ntype = 'directional'\ndirection = [0, 1, 0]\nirradiance = 1\n"),
+    ("sun", "[[light]]\ntype = 'sun'\ndirection = [0, -1, 0]\nirradiance = 1\n"),
+    ("sky", "[[light]]\ntype = 'sky'\nsun_direction = [0, 1, 0]\n"),
     ("[integrator]", "[integrator]\n"),
     ("[guiding]", "[guiding]\n"),
     ("[render]", "[render]\n"),

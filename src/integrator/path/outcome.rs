@@ -37,6 +37,7 @@ impl<P: Probe> Wavefront<'_, '_, P> {
         self.probe.stage(Stage::Film);
         let (tile, pixels) = (self.task.tile, self.task.tile.pixels());
         let mut samples = TileSamples {
+            ids: std::mem::take(&mut self.batch.ids),
             sum: vec![Rgb::ZERO; pixels],
             sum_squares: vec![Rgb::ZERO; pixels],
             layers: Vec::new(),

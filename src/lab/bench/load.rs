@@ -109,6 +109,7 @@ fn first_pixel(description: &SceneFile, threads: usize) -> Result<(f64, Scene)> 
         guide: None,
         seed: 0,
         features: false,
+        ids: false,
         bounced: false,
         layers: &[],
     };

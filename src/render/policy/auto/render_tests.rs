@@ -32,6 +32,7 @@ fn bounced_light_is_what_direct_light_leaves() {
                 guide: None,
                 seed: 1,
                 features: false,
+                ids: false,
                 bounced: true,
                 layers: &[],
             };
