@@ -81,7 +81,7 @@ fn sky_and_sun_together_give_the_light_of_both() {
             drawn(&sky, &mut rng).map_or(0.0, |s| f64::from(luminance(s.radiance)) * up(s.wi) / f64::from(s.pdf))
         });
         found.assert_is(dome + sun, 0.02);
-        assert!(sun == 0.0 || sun > 3.0 * dome, "the sun outshines a clear sky: {sun} and {dome}");
+        assert!(sun == 0.0 || sun > 2.0 * dome, "the sun outshines a clear sky: {sun} and {dome}");
         // diffuse light of clear skies on level ground: 10 to 20 klx (CIE and IESNA tables)
         assert!((7e3..25e3).contains(&(EFFICACY * dome)), "{} lx", EFFICACY * dome);
     }
@@ -93,7 +93,7 @@ fn a_sky_glows_about_its_sun_is_dark_below_and_stands_upright() {
     let at = |w: Vec3| sky.radiance(w.normalize());
     let to_sun = Vec3::new(0.6 * 0.5f32.cos(), 0.5f32.sin(), -0.8 * 0.5f32.cos());
     let (glow, opposite) = (at(to_sun), at(Vec3::new(-to_sun.x, to_sun.y, -to_sun.z)));
-    assert!(luminance(glow) > 4.0 * luminance(opposite) && opposite.z > opposite.x, "{glow} {opposite}");
+    assert!(luminance(glow) > 3.0 * luminance(opposite) && opposite.z > opposite.x, "{glow} {opposite}");
     assert_eq!(at(Vec3::new(0.3, -0.2, 0.5)), Rgb::ZERO);
     let upright = SkyLight { sun_direction: Vec3::new(0.3, 0.1, 0.9), up: Vec3::Z, sun: false, ..SkyLight::default() };
     let upright = upright.load(&mut Findings::default()).unwrap();
