@@ -4,8 +4,8 @@
 //! give every block its places in the mesh's arrays before a number is parsed, so blocks do not wait for each other,
 //! relative indices resolve, and nothing is copied or held twice. Peak memory is the mesh plus one block per thread.
 //!
-//! Understood: `v vt vn f usemtl mtllib`, with `\` continuations, comments at line ends, relative indices and any
-//! number of corners. `g o s` change nothing here. Points, lines and everything else is counted in a warning.
+//! Understood: `v vt vn f s o usemtl mtllib`, with `\` continuations, comments at line ends, relative indices and any
+//! number of corners. `o` only ends smoothing at its place, `g` changes nothing here. Points, lines and everything else is counted in a warning.
 
 mod attributes;
 mod faces;
@@ -15,6 +15,7 @@ mod paths;
 mod repair;
 mod report;
 mod scan;
+mod smooth;
 mod source;
 mod triangulate;
 
@@ -39,7 +40,8 @@ const BLOCK: u64 = 1 << 20;
 
 /// Loads an OBJ file and the MTL libraries it names.
 ///
-/// In the model positions and normals are as in the file: not transformed, normals not normalised. Faces before any `usemtl`
+/// In the model positions and normals are as in the file: not transformed, normals not normalised. Faces without normals that are
+/// in a smoothing group get them, averaged over the group's faces at the same place. Faces before any `usemtl`
 /// have the material "", or the only one of the libraries where there is no `usemtl` at all. Faces become triangles, ears being cut off concave ones; those with fewer than three corners are dropped. A file
 /// without faces gives an empty mesh.
 ///
@@ -85,6 +87,7 @@ fn load_parts(source: &Source, blocks: &[Range<u64>], reporter: &mut Reporter) -
     let broken = read_attributes(source, blocks, &parts, &mut mesh)?;
     read_faces(source, blocks, &parts, &mut mesh)?;
     repair::repair(&mut mesh, &broken, reporter)?;
+    smooth::smooth(&mut mesh, &census.smoothing)?;
     Ok((mesh, census))
 }
 

@@ -2,6 +2,7 @@ mod against_tobj;
 mod fixtures;
 mod polygons;
 mod random;
+mod smoothing;
 mod statements;
 
 use super::scan::{Census, Counts};
