@@ -1,13 +1,13 @@
 //! Meshes in place, with numbers for their materials: what a scene consists of before anything is built.
 
 use super::description::{MaterialDescription, MeshDescription, SceneDescription};
-use super::hash;
+use super::{hash, origin};
 use crate::Result;
 use crate::embree::LARGEST_COORDINATE;
 use crate::fields::each_texture;
 use crate::geometry::{Indices, Mesh, Placement};
 use crate::texture::{ColorTexture, ScalarTexture};
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
@@ -28,20 +28,35 @@ pub(crate) struct LoadedAssets {
     /// Index in `materials` by library and name: two models may use one name for two things.
     ids: FxHashMap<(Option<usize>, String), u32>,
     pub(crate) warnings: Vec<String>,
+    /// With all of it counted from `origin`, and transforms that take the models there from where they are counted from.
+    pub(crate) description: SceneDescription,
+    /// In the coordinates of the files.
+    pub(crate) origin: DVec3,
 }
 
 impl LoadedAssets {
     /// Reads all models that the description names.
     pub(crate) fn of(description: &SceneDescription) -> Result<LoadedAssets> {
         let mut gathered = LoadedAssets::default();
+        let mut origins = Vec::with_capacity(description.meshes.len());
         for (k, mesh) in description.meshes.iter().enumerate() {
-            gathered.add_mesh(k, mesh, description)?;
+            origins.push(gathered.add_mesh(k, mesh, description)?);
+        }
+        (gathered.description, gathered.origin) = origin::rebase(description, &gathered.meshes, &origins);
+        gathered.warnings.extend(origin::note(gathered.origin));
+        for (mesh, place) in gathered.meshes.iter_mut().zip(&gathered.description.meshes) {
+            let to_world = place.transform.as_affine3a();
+            gathered.hashes.push(hash::mesh(mesh, to_world));
+            transform(mesh, &Placement::new(to_world));
+            check_positions(mesh, place)?;
+            // Embree reads a vertex with 16 bytes, four more than the last one has.
+            mesh.positions.reserve_exact(1);
         }
         Ok(gathered)
     }
 
-    /// Loads one model, moves it into place, and gives its materials their numbers in the scene.
-    fn add_mesh(&mut self, model: usize, place: &MeshDescription, scene: &SceneDescription) -> Result<()> {
+    /// Loads one model and gives its materials their numbers in the scene. Returns what the model is counted from.
+    fn add_mesh(&mut self, model: usize, place: &MeshDescription, scene: &SceneDescription) -> Result<DVec3> {
         let loaded = place.source.load()?;
         self.warnings.extend(loaded.warnings.iter().map(ToString::to_string));
         let numbers: Vec<u32> = loaded
@@ -49,18 +64,14 @@ impl LoadedAssets {
             .iter()
             .map(|name| self.material(model, place.material.as_ref().unwrap_or(name), &loaded.materials, scene))
             .collect();
+        let origin = loaded.origin;
         let mut mesh = match loaded {
             Cow::Owned(model) => model.mesh,
             Cow::Borrowed(model) => model.mesh.clone(),
         };
         mesh.materials.iter_mut().for_each(|m| *m = numbers[*m as usize]);
-        self.hashes.push(hash::mesh(&mesh, place.transform));
-        transform(&mut mesh, &Placement::new(place.transform));
-        check_positions(&mesh, place)?;
-        // Embree reads a vertex with 16 bytes, four more than the last one has.
-        mesh.positions.reserve_exact(1);
         self.meshes.push(mesh);
-        Ok(())
+        Ok(origin)
     }
 
     /// A name means what the scene file says of it, else what the model's own library says, else grey.

@@ -24,14 +24,15 @@ impl Camera {
     /// Where the view direction or the up vector is degenerate.
     pub(crate) fn new(c: &CameraDescription, width: u32, height: u32, filter: Filter) -> Result<Camera> {
         let degenerate = || Error::Scene("the camera's origin, target and up do not span a view".into());
-        let forward = (c.target - c.origin).try_normalize().ok_or_else(degenerate)?;
+        let (origin, target) = (c.origin.as_vec3(), c.target.as_vec3());
+        let forward = (target - origin).try_normalize().ok_or_else(degenerate)?;
         let right = forward.cross(c.up).try_normalize().ok_or_else(degenerate)?;
         let up = right.cross(forward);
         let half_height = (0.5 * c.vfov.to_radians()).tan();
         let half_width = half_height * width as f32 / height as f32;
         let side = if c.mirrored { -right } else { right };
         Ok(Camera {
-            origin: c.origin,
+            origin,
             corner: forward - side * half_width + up * half_height,
             right: side * (2.0 * half_width / width as f32),
             down: up * (-2.0 * half_height / height as f32),
@@ -47,7 +48,7 @@ impl Camera {
         let vfov = 40.0f32;
         let distance = radius / (0.5 * vfov).to_radians().sin();
         let origin = centre + Vec3::new(0.5, 0.35, 1.0).normalize() * distance;
-        CameraDescription { origin, target: centre, up: Vec3::Y, vfov, mirrored: false }
+        CameraDescription { origin: origin.as_dvec3(), target: centre.as_dvec3(), up: Vec3::Y, vfov, mirrored: false }
     }
 
     /// The ray of pixel `(x, y)`, counted from the upper left, through a point of the filter drawn by `u`. Filters
@@ -94,11 +95,12 @@ fn truncated_gaussian(u: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     fn camera(mirrored: bool) -> Camera {
         let c = CameraDescription {
-            origin: Vec3::new(0.0, 0.0, 5.0),
-            target: Vec3::ZERO,
+            origin: DVec3::new(0.0, 0.0, 5.0),
+            target: DVec3::ZERO,
             up: Vec3::Y,
             vfov: 90.0,
             mirrored,

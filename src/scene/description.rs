@@ -7,7 +7,7 @@ use crate::film::FilmSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::texture::ScalarTexture;
-use glam::{Affine3A, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use std::collections::BTreeMap;
 
 /// A whole scene as written. Paths are already resolved against the file that names them.
@@ -27,8 +27,8 @@ pub struct SceneDescription {
 /// A perspective camera.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CameraDescription {
-    pub(crate) origin: Vec3,
-    pub(crate) target: Vec3,
+    pub(crate) origin: DVec3,
+    pub(crate) target: DVec3,
     pub(crate) up: Vec3,
     /// Vertical field of view in degrees, in (0, 180).
     pub(crate) vfov: f32,
@@ -40,7 +40,7 @@ pub(crate) struct CameraDescription {
 #[derive(Clone, Debug)]
 pub struct MeshDescription {
     pub(crate) source: MeshSource,
-    pub(crate) transform: Affine3A,
+    pub(crate) transform: DAffine3,
     /// Replaces every material of the model.
     pub(crate) material: Option<String>,
     /// The mesh is part of this group and seen only where an instance of the group stands; `transform` then places it
@@ -56,7 +56,7 @@ pub(crate) struct InstanceDescription {
     /// As named by at least one mesh.
     pub(crate) group: String,
     /// From the group to the world; its determinant is not 0.
-    pub(crate) transform: Affine3A,
+    pub(crate) transform: DAffine3,
     /// Where that is written; `None` where nothing says so.
     pub(crate) location: Option<SourceLocation>,
 }

@@ -78,7 +78,7 @@ pub(super) fn content(description: &SceneDescription, content: Content) -> Resul
     canon.u64(description.instances.len() as u64);
     for instance in &description.instances {
         canon.u64(1 + number(&mut groups, &instance.group));
-        canon.transform(instance.transform);
+        canon.transform(instance.transform.as_affine3a());
     }
     canon.u64(materials.len() as u64);
     materials.iter().try_for_each(|m| CanonicalFields { canon: &mut canon, picture }.material(m))?;
@@ -109,7 +109,7 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
     canon.u64(content);
     canon.flag(camera.is_some());
     if let Some(CameraDescription { origin, target, up, vfov, mirrored }) = camera {
-        [origin, target, up].into_iter().for_each(|v| canon.vector(*v));
+        [origin.as_vec3(), target.as_vec3(), *up].into_iter().for_each(|v| canon.vector(v));
         canon.floats([*vfov]);
         canon.flag(*mirrored);
     }

@@ -65,7 +65,9 @@ impl Scene {
     ) -> Result<(Scene, Vec<String>)> {
         check_memory(&description.film)?;
         watch(LoadStage::Models);
-        let LoadedAssets { meshes, hashes, materials, mut warnings, .. } = LoadedAssets::of(description)?;
+        let LoadedAssets { meshes, hashes, materials, mut warnings, description, origin, .. } =
+            LoadedAssets::of(description)?;
+        let description = &description;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
@@ -106,6 +108,7 @@ impl Scene {
             lights,
             light_unit,
             bounds,
+            origin,
             build_seconds,
         };
         Ok((scene, warnings))

@@ -11,6 +11,7 @@ mod load;
 pub(crate) mod material;
 pub(crate) mod model;
 pub mod obj;
+mod origin;
 
 #[cfg(feature = "lab")]
 pub(crate) use assets::LoadedAssets;
@@ -23,7 +24,7 @@ use crate::geometry::{Hit, Mesh, Ray, SurfaceInteraction, Surfaces};
 use crate::light::{LightUnit, Lights};
 use crate::math::Rgb;
 use crate::texture::Texture;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use instances::{Instances, NO_INSTANCE};
 use material::Material;
 use std::sync::Arc;
@@ -41,6 +42,8 @@ pub struct Scene {
     /// What all emission here is a multiple of.
     light_unit: LightUnit,
     bounds: (Vec3, Vec3),
+    /// What all coordinates here are counted from.
+    origin: DVec3,
     hash: u64,
     content_hash: u64,
     build_seconds: f64,
@@ -120,6 +123,11 @@ impl Scene {
     /// Corners of the box around all surfaces.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         self.bounds
+    }
+
+    /// Where 0 of all coordinates here is in those of the scene's files: 0, unless the scene is far from that for its size.
+    pub(crate) fn origin(&self) -> DVec3 {
+        self.origin
     }
 
     /// The meshes that stand by themselves; mesh k is geometry k of [`Self::geometry`].

@@ -6,7 +6,7 @@ use crate::embree::LARGEST_COORDINATE;
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{ABSENT, Attribute, Indices};
 use crate::{Error, Result};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -16,8 +16,10 @@ use std::sync::Arc;
 /// A mesh with what its own source says of its materials.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
-    /// In the model's own space. `materials[t]` indexes [`Model::material_names`].
+    /// In the model's own space, counted from `origin`. `materials[t]` indexes [`Model::material_names`].
     pub mesh: Mesh,
+    /// 0, unless the model is far from that for its size.
+    pub(crate) origin: DVec3,
     /// In the order in which triangles first have them.
     pub(crate) material_names: Vec<String>,
     /// By name. A scene file may say something else of a name; a name that neither describes is grey.

@@ -2,7 +2,7 @@
 
 use crate::document::{Bounds, COORDINATE, Fault, Key, Node, Reader, key};
 use crate::scene::description::CameraDescription;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Degrees of a field of view.
 pub(in crate::format) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
@@ -11,9 +11,9 @@ pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescri
     let mut c = camera.clone().unwrap_or_else(camera_facing_up);
     let new = camera.is_none();
     let placed = |k: Key| if new { k.required() } else { k };
-    t.vector(placed(key("origin", "where the eye is").unit("length")), COORDINATE, &mut c.origin)?;
+    t.point(placed(key("origin", "where the eye is").unit("length")), COORDINATE, &mut c.origin)?;
     let target = key("target", "what is in the middle of the picture; other than `origin`").unit("length");
-    t.vector(placed(target), COORDINATE, &mut c.target)?;
+    t.point(placed(target), COORDINATE, &mut c.target)?;
     let up = "what is up in the picture; not zero, and not along the view";
     t.vector(key("up", up), COORDINATE, &mut c.up)?;
     let vfov = key("vfov", "field of view from the lower to the upper edge").unit("degrees");
@@ -27,7 +27,7 @@ pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescri
 
 /// What a camera has before its keys are read; that `origin` and `target` are given is checked after.
 pub(in crate::format) fn camera_facing_up() -> CameraDescription {
-    let (origin, target, up) = (Vec3::ZERO, Vec3::ZERO, Vec3::Y);
+    let (origin, target, up) = (DVec3::ZERO, DVec3::ZERO, Vec3::Y);
     CameraDescription { origin, target, up, vfov: 45.0, mirrored: false }
 }
 
@@ -38,7 +38,7 @@ pub(in crate::format) fn needs(t: &Reader, keys: &[&str]) -> Result<(), Fault> {
 
 /// That the three vectors span a frame.
 pub(in crate::format) fn check_camera(t: &Reader, c: &CameraDescription) -> Result<(), Fault> {
-    let view = c.target.as_dvec3() - c.origin.as_dvec3();
+    let view = c.target - c.origin;
     if view.length() == 0.0 {
         let at = t.place(&["target", "origin"]);
         return Err(Fault::new(at, "`target` must differ from `origin`"));

@@ -4,6 +4,7 @@ use super::lines::{self, Fields, Lines};
 use super::scan::Counts;
 use super::source::Fault;
 use crate::embree::LARGEST_COORDINATE;
+use glam::DVec3;
 use std::mem::take;
 
 /// The parts of the mesh's arrays that a block fills.
@@ -73,6 +74,18 @@ pub(super) fn read(mut slots: Slots, text: &[u8]) -> Result<BrokenValues, Fault>
     }
     let rest = slots.positions.len() + slots.uvs.len() + slots.normals.len();
     if rest == 0 { Ok(broken) } else { Err(changed(text.len())) }
+}
+
+/// Reads the positions of a block again, as they are written, less `origin`, and only then rounds them.
+pub(super) fn read_positions(mut slots: &mut [[f32; 3]], text: &[u8], origin: DVec3) -> Result<(), Fault> {
+    for (at, line) in Lines::new(text) {
+        if let (b"v", _) = lines::keyword(line) {
+            let mut fields = Fields::new(line, 1);
+            let written = fields.doubles("a vertex").map_err(|fault| fault.shifted(at as u64))?;
+            store(&mut slots, (DVec3::from(written) - origin).as_vec3().to_array(), at)?;
+        }
+    }
+    if slots.is_empty() { Ok(()) } else { Err(changed(text.len())) }
 }
 
 #[inline]

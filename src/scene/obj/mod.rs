@@ -27,6 +27,8 @@ use crate::geometry::Mesh;
 use crate::geometry::mesh::{Attribute, Indices};
 use crate::io::memory;
 use crate::scene::model::{Model, Warning};
+use crate::scene::origin::Bounds;
+use glam::DVec3;
 use rayon::prelude::*;
 use report::Reporter;
 use scan::{Census, Counts};
@@ -40,7 +42,8 @@ const BLOCK: u64 = 1 << 20;
 
 /// Loads an OBJ file and the MTL libraries it names.
 ///
-/// In the model positions and normals are as in the file: not transformed, normals not normalised. Faces without normals that are
+/// In the model positions and normals are as in the file: not transformed, normals not normalised. Positions far from 0 are counted
+/// from an origin near them. Faces without normals that are
 /// in a smoothing group get them, averaged over the group's faces at the same place. Faces before any `usemtl`
 /// have the material "", or the only one of the libraries where there is no `usemtl` at all. Faces become triangles, ears being cut off concave ones; those with fewer than three corners are dropped. A file
 /// without faces gives an empty mesh.
@@ -59,7 +62,7 @@ fn load_in_blocks(source: &Source, block: u64) -> Result<Model> {
     let blocks = source.blocks(block).map_err(crate::Error::io(source.path()))?;
     let mut reporter = Reporter::new(source, &blocks);
     let loaded = load_parts(source, &blocks, &mut reporter);
-    let (mesh, census) = loaded.map_err(|failure| reporter.error(failure))?;
+    let (mesh, origin, census) = loaded.map_err(|failure| reporter.error(failure))?;
     let (materials, mut library_warnings) = mtl::load_libraries(&mut reporter, &census.libraries)?;
     reporter.unknown_materials(&census, &materials);
     let only = reporter.unnamed_material(&census, &materials);
@@ -67,11 +70,15 @@ fn load_in_blocks(source: &Source, block: u64) -> Result<Model> {
     warnings.append(&mut library_warnings);
     let (mut material_names, mesh) = assign_materials(mesh, &census);
     material_names.iter_mut().filter(|name| name.is_empty()).zip(only).for_each(|(name, only)| *name = only);
-    Ok(Model { mesh, material_names, materials, warnings })
+    Ok(Model { mesh, origin, material_names, materials, warnings })
 }
 
-/// The mesh without its materials.
-fn load_parts(source: &Source, blocks: &[Range<u64>], reporter: &mut Reporter) -> Result<(Mesh, Census), Failure> {
+/// The mesh without its materials, and what its positions are counted from.
+fn load_parts(
+    source: &Source,
+    blocks: &[Range<u64>],
+    reporter: &mut Reporter,
+) -> Result<(Mesh, DVec3, Census), Failure> {
     let tasks = blocks.iter().map(|range| (range.clone(), ())).collect();
     let parts = source.each_block(tasks, |(), text| Ok(scan::scan(text)))?;
     let census = scan::merge(blocks.iter().map(|range| range.start).zip(&parts));
@@ -85,10 +92,14 @@ fn load_parts(source: &Source, blocks: &[Range<u64>], reporter: &mut Reporter) -
         materials: Vec::new(),
     };
     let broken = read_attributes(source, blocks, &parts, &mut mesh)?;
+    let origin = Bounds::of(&mesh.positions).origin();
+    if origin != DVec3::ZERO {
+        read_positions(source, blocks, &parts, &mut mesh.positions, origin)?;
+    }
     read_faces(source, blocks, &parts, &mut mesh)?;
     repair::repair(&mut mesh, &broken, reporter)?;
     smooth::smooth(&mut mesh, &census.smoothing)?;
-    Ok((mesh, census))
+    Ok((mesh, origin, census))
 }
 
 /// Indices are `u32`, of which the largest means "absent".
@@ -153,6 +164,19 @@ fn read_attributes(
     }
     let broken = source.each_block(tasks, attributes::read)?;
     Ok(attributes::BrokenValues::merge(starts.into_iter().zip(broken)))
+}
+
+/// Reads the positions anew, in double precision and from `origin` on.
+fn read_positions(
+    source: &Source,
+    blocks: &[Range<u64>],
+    parts: &[Census],
+    mut positions: &mut [[f32; 3]],
+    origin: DVec3,
+) -> Result<(), Failure> {
+    let parts = blocks.iter().zip(parts).filter(|(_, part)| part.counts.positions > 0);
+    let tasks = parts.map(|(range, part)| (range.clone(), cut(&mut positions, part.counts.positions))).collect();
+    source.each_block(tasks, |slots, text| attributes::read_positions(slots, text, origin)).map(drop)
 }
 
 fn read_faces(source: &Source, blocks: &[Range<u64>], parts: &[Census], mesh: &mut Mesh) -> Result<(), Failure> {

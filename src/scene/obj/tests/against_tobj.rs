@@ -162,6 +162,12 @@ fn written_attributes(text: &str) -> Vec<[Option<bool>; 2]> {
     faces.map(|face| [1, 2].map(|k| attribute(&face[1..], k))).collect()
 }
 
+/// As it is in the file.
+fn position(obj: &Model, index: u32) -> [f32; 3] {
+    let moved = glam::Vec3::from(obj.mesh.positions[index as usize]).as_dvec3() + obj.origin;
+    moved.as_vec3().to_array()
+}
+
 /// Compares a face with the triangles from `triangle` on; returns how many it has become.
 fn compare(obj: &Model, face: &Face, triangle: usize, tally: &mut Tally, at: &str) -> usize {
     let points = &face.points;
@@ -170,7 +176,7 @@ fn compare(obj: &Model, face: &Face, triangle: usize, tally: &mut Tally, at: &st
     let kind = if count == 1 { &mut tally.triangles } else { &mut tally.quads };
     *(if fan { kind } else { &mut tally.others }) += 1;
     for k in 0..count {
-        let ours = obj.mesh.triangles[triangle + k].map(|i| obj.mesh.positions[i as usize]);
+        let ours = obj.mesh.triangles[triangle + k].map(|i| position(obj, i));
         if !fan {
             assert!(ours.iter().all(|p| points.contains(p)), "{at}");
             continue;
