@@ -1,8 +1,10 @@
 //! Meshes in place, with numbers for their materials: what a scene consists of before anything is built.
 
 use super::description::{MaterialDescription, MeshDescription, SceneDescription};
+use super::model::Model;
 use super::{hash, origin};
 use crate::Result;
+use crate::bsdf::color_textures;
 use crate::embree::LARGEST_COORDINATE;
 use crate::fields::each_texture;
 use crate::geometry::{Indices, Mesh, Placement};
@@ -11,7 +13,6 @@ use glam::{Affine3A, DVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 /// What is gathered from the files before anything is built.
@@ -62,8 +63,11 @@ impl LoadedAssets {
         let numbers: Vec<u32> = loaded
             .material_names
             .iter()
-            .map(|name| self.material(model, place.material.as_ref().unwrap_or(name), &loaded.materials, scene))
+            .map(|name| self.material(model, place.material.as_ref().unwrap_or(name), &loaded, scene))
             .collect();
+        for &number in &numbers {
+            self.check_vertex_colors(number, &loaded, place)?;
+        }
         let origin = loaded.origin;
         let mut mesh = match loaded {
             Cow::Owned(model) => model.mesh,
@@ -74,21 +78,27 @@ impl LoadedAssets {
         Ok(origin)
     }
 
+    /// That a material which takes the colours of vertices finds some.
+    fn check_vertex_colors(&self, number: u32, loaded: &Model, place: &MeshDescription) -> Result<()> {
+        let (material, name) = (&self.materials[number as usize], &self.names[number as usize]);
+        let asks = |texture: Option<ColorTexture>| matches!(texture, Some(ColorTexture::Vertex(_)));
+        if loaded.mesh.colors.is_some() || !color_textures(&material.bsdf).into_iter().any(asks) {
+            return Ok(());
+        }
+        Err(place.source.error(format!("material `{name}` takes the colours of vertices, and there are none")))
+    }
+
     /// A name means what the scene file says of it, else what the model's own library says, else grey.
-    fn material(
-        &mut self,
-        model: usize,
-        name: &str,
-        library: &BTreeMap<String, MaterialDescription>,
-        scene: &SceneDescription,
-    ) -> u32 {
+    fn material(&mut self, model: usize, name: &str, loaded: &Model, scene: &SceneDescription) -> u32 {
         let named = scene.materials.get(name);
         let owner = if named.is_some() { None } else { Some(model) };
         if let Some(&id) = self.ids.get(&(owner, name.to_string())) {
             return id;
         }
-        let own = || library.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
-        self.materials.push(named.cloned().or_else(own).unwrap_or_default());
+        let own =
+            || loaded.materials.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
+        let unknown = || MaterialDescription::unknown(loaded.mesh.colors.is_some());
+        self.materials.push(named.cloned().or_else(own).unwrap_or_else(unknown));
         self.names.push(name.to_string());
         let id = self.materials.len() as u32 - 1;
         self.ids.insert((owner, name.to_string()), id);

@@ -6,7 +6,7 @@ use crate::error::SourceLocation;
 use crate::film::FilmSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::texture::ScalarTexture;
+use crate::texture::{ColorTexture, ScalarTexture};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::BTreeMap;
 
@@ -73,6 +73,33 @@ pub struct MaterialDescription {
     pub emission: Rgb,
     /// Both sides emit.
     pub emission_two_sided: bool,
+}
+
+impl MaterialDescription {
+    /// Of a name that nothing describes: diffuse, in the colours of the mesh's vertices where it has some, else grey.
+    pub(crate) fn unknown(has_colors: bool) -> MaterialDescription {
+        let diffuse = if has_colors {
+            DiffuseParameters { reflectance: ColorTexture::Vertex(Rgb::ONE) }
+        } else {
+            DiffuseParameters::default()
+        };
+        MaterialDescription { bsdf: diffuse.into(), ..MaterialDescription::default() }
+    }
+
+    /// Multiplies what is the colour of the surface by those of the mesh's vertices, unless it is a picture's. Black, beside which they
+    /// would not be seen, is left out.
+    pub(crate) fn multiply_vertex_colors(&mut self) {
+        let colour = match &mut self.bsdf {
+            BsdfDescription::Diffuse(diffuse) => &mut diffuse.reflectance,
+            BsdfDescription::Plastic(plastic) => &mut plastic.reflectance,
+            BsdfDescription::Principled(principled) => &mut principled.base_color,
+            BsdfDescription::Conductor(conductor) => &mut conductor.specular_reflectance,
+            _ => return,
+        };
+        if let ColorTexture::Constant(constant) = *colour {
+            *colour = ColorTexture::Vertex(if constant == Rgb::ZERO { Rgb::ONE } else { constant });
+        }
+    }
 }
 
 impl Default for MaterialDescription {

@@ -27,7 +27,7 @@ const MESH: &[u8] = b"phototaxis mesh 1\0";
 
 /// Of a mesh as its file has it, its materials numbered as in the scene, and of where it is put.
 pub(super) fn mesh(mesh: &Mesh, transform: Affine3A) -> u64 {
-    let Mesh { positions, triangles, normals, uvs, materials } = mesh;
+    let Mesh { positions, triangles, normals, uvs, colors, materials } = mesh;
     let mut canon = Canon::new(MESH);
     canon.transform(transform);
     canon.array(positions);
@@ -35,6 +35,8 @@ pub(super) fn mesh(mesh: &Mesh, transform: Affine3A) -> u64 {
     canon.array(materials);
     attribute(&mut canon, normals.as_ref());
     attribute(&mut canon, uvs.as_ref());
+    // nothing where there are none, as before there were any
+    colors.iter().for_each(|colors| canon.array(colors));
     canon.finish()
 }
 

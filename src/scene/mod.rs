@@ -81,10 +81,20 @@ impl Scene {
         &self.materials[index as usize]
     }
 
-    /// How a surface of that material scatters, textures looked up.
+    /// How a surface of that material scatters, textures looked up; `vertex_color` finds the colour of its mesh's vertices.
     #[inline]
-    pub(crate) fn bsdf<'a>(&self, material: &'a Material, uv: [f32; 2]) -> Bsdf<'a> {
-        material.bsdf(&self.textures, uv)
+    pub(crate) fn bsdf<'a>(&self, material: &'a Material, uv: [f32; 2], vertex_color: impl Fn() -> Rgb) -> Bsdf<'a> {
+        material.bsdf(&self.textures, uv, vertex_color)
+    }
+
+    /// The colour of the mesh's vertices at a hit; white where it has none.
+    pub(crate) fn vertex_color(&self, hit: &Hit) -> Rgb {
+        self.mesh(hit).color(hit.primitive as usize, hit.u, hit.v)
+    }
+
+    #[inline(always)]
+    fn mesh(&self, hit: &Hit) -> &Mesh {
+        if hit.instance != NO_INSTANCE { self.instances.mesh(*hit) } else { &self.meshes[hit.geometry as usize] }
     }
 
     /// The unit of all light in this scene: of its lights, and of what is traced in it.
@@ -102,9 +112,7 @@ impl Scene {
     /// Whether the surface of a hit emits to any side.
     #[inline(always)]
     pub(crate) fn emits(&self, hit: Hit) -> bool {
-        let instanced = hit.instance != NO_INSTANCE;
-        let mesh = if instanced { self.instances.mesh(hit) } else { &*self.meshes[hit.geometry as usize] };
-        self.materials[mesh.materials[hit.primitive as usize] as usize].emits()
+        self.materials[self.mesh(&hit).materials[hit.primitive as usize] as usize].emits()
     }
 
     /// Density per steradian with which next-event estimation at the ray's origin would draw the ray.

@@ -109,7 +109,7 @@ fn reader(path: &Path) -> Result<Read> {
 
 /// What is wrong with a model, if anything is.
 fn check(model: &Model) -> Result<(), String> {
-    let Mesh { positions, triangles, normals, uvs, materials } = &model.mesh;
+    let Mesh { positions, triangles, normals, uvs, colors, materials } = &model.mesh;
     if positions.len() > u32::MAX as usize || triangles.len() > u32::MAX as usize {
         return Err(format!("more than {} vertices or triangles", u32::MAX));
     }
@@ -124,6 +124,12 @@ fn check(model: &Model) -> Result<(), String> {
     }
     if materials.iter().any(|&m| m as usize >= model.material_names.len()) {
         return Err("a triangle has a material that is not there".into());
+    }
+    if colors.as_ref().is_some_and(|colors| colors.len() != positions.len()) {
+        return Err("not as many colours as vertices".into());
+    }
+    if !colors.iter().flatten().flatten().all(|x| (0.0..=1.0).contains(x)) {
+        return Err("a colour is not between 0 and 1".into());
     }
     check_attribute("normals", normals.as_ref(), &model.mesh)?;
     let mut directions = normals.iter().flat_map(|normals| &normals.values);

@@ -80,6 +80,11 @@ impl FieldVisitor for CanonicalFields<'_> {
                 Ok(())
             }
             ColorTexture::Image(image) => self.image(2, image),
+            ColorTexture::Vertex(tint) => {
+                self.canon.u32(4);
+                self.canon.vector(*tint);
+                Ok(())
+            }
         }
     }
 

@@ -1,5 +1,6 @@
 //! Second pass: positions, texture coordinates and normals, straight into their places.
 
+use super::colors::Colors;
 use super::lines::{self, Fields, Lines};
 use super::scan::Counts;
 use super::source::Fault;
@@ -43,9 +44,10 @@ impl BrokenValues {
     }
 }
 
-/// Reads the `v`, `vt` and `vn` statements of a block. Indices of broken values count from the block's first.
-pub(super) fn read(mut slots: Slots, text: &[u8]) -> Result<BrokenValues, Fault> {
-    let mut broken = BrokenValues::default();
+/// Reads the `v`, `vt` and `vn` statements of a block, and the colours behind positions. Indices of broken values count from the
+/// block's first.
+pub(super) fn read(mut slots: Slots, text: &[u8]) -> Result<(BrokenValues, Colors), Fault> {
+    let (mut broken, mut colors) = (BrokenValues::default(), Colors::default());
     let mut done = [0u32; 3];
     for (at, line) in Lines::new(text) {
         let (keyword, _) = lines::keyword(line);
@@ -53,7 +55,10 @@ pub(super) fn read(mut slots: Slots, text: &[u8]) -> Result<BrokenValues, Fault>
         let located = |fault: Fault| fault.shifted(at as u64);
         match keyword {
             b"v" => {
-                let value = fields.numbers("a vertex").map_err(located)?;
+                let value = fields.first_numbers("a vertex").map_err(located)?;
+                if !fields.rest().is_empty() {
+                    colors.read(done[0] as usize, &mut fields).map_err(located)?;
+                }
                 let usable = value.iter().all(|x| x.abs() <= LARGEST_COORDINATE);
                 note(&mut broken.positions, usable, &mut done[0], at);
                 store(&mut slots.positions, value, at)?;
@@ -73,7 +78,7 @@ pub(super) fn read(mut slots: Slots, text: &[u8]) -> Result<BrokenValues, Fault>
         }
     }
     let rest = slots.positions.len() + slots.uvs.len() + slots.normals.len();
-    if rest == 0 { Ok(broken) } else { Err(changed(text.len())) }
+    if rest == 0 { Ok((broken, colors)) } else { Err(changed(text.len())) }
 }
 
 /// Reads the positions of a block again, as they are written, less `origin`, and only then rounds them.

@@ -186,9 +186,15 @@ impl<'a> Fields<'a> {
     /// At least `N` numbers; more of them are read and dropped.
     #[inline]
     pub(crate) fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f32; N], Fault> {
-        let values = self.floats(what)?;
+        let values = self.first_numbers(what)?;
         while self.number()?.is_some() {}
         Ok(values)
+    }
+
+    /// `N` numbers, whatever comes after them.
+    #[inline]
+    pub(crate) fn first_numbers<const N: usize>(&mut self, what: &str) -> Result<[f32; N], Fault> {
+        self.floats(what)
     }
 
     /// The same without rounding to single precision.

@@ -8,6 +8,7 @@
 //! number of corners. `o` only ends smoothing at its place, `g` changes nothing here. Points, lines and everything else is counted in a warning.
 
 mod attributes;
+mod colors;
 mod faces;
 mod lines;
 mod mtl;
@@ -26,8 +27,10 @@ use crate::Result;
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{Attribute, Indices};
 use crate::io::memory;
+use crate::scene::description::MaterialDescription;
 use crate::scene::model::{Model, Warning};
 use crate::scene::origin::Bounds;
+use colors::Colors;
 use glam::DVec3;
 use rayon::prelude::*;
 use report::Reporter;
@@ -63,7 +66,10 @@ fn load_in_blocks(source: &Source, block: u64) -> Result<Model> {
     let mut reporter = Reporter::new(source, &blocks);
     let loaded = load_parts(source, &blocks, &mut reporter);
     let (mesh, origin, census) = loaded.map_err(|failure| reporter.error(failure))?;
-    let (materials, mut library_warnings) = mtl::load_libraries(&mut reporter, &census.libraries)?;
+    let (mut materials, mut library_warnings) = mtl::load_libraries(&mut reporter, &census.libraries)?;
+    if mesh.colors.is_some() {
+        materials.values_mut().for_each(MaterialDescription::multiply_vertex_colors);
+    }
     reporter.unknown_materials(&census, &materials);
     let only = reporter.unnamed_material(&census, &materials);
     let mut warnings = reporter.finish()?;
@@ -89,9 +95,11 @@ fn load_parts(
         triangles: vec![[0; 3]; census.triangles],
         normals: attribute(census.counts.normals),
         uvs: attribute(census.counts.uvs),
+        colors: None,
         materials: Vec::new(),
     };
-    let broken = read_attributes(source, blocks, &parts, &mut mesh)?;
+    let (broken, colors) = read_attributes(source, blocks, &parts, &mut mesh)?;
+    mesh.colors = colors::merge(colors, census.counts.positions)?;
     let origin = Bounds::of(&mesh.positions).origin();
     if origin != DVec3::ZERO {
         read_positions(source, blocks, &parts, &mut mesh.positions, origin)?;
@@ -143,7 +151,7 @@ fn read_attributes(
     blocks: &[Range<u64>],
     parts: &[Census],
     mesh: &mut Mesh,
-) -> Result<attributes::BrokenValues, Failure> {
+) -> Result<(attributes::BrokenValues, Vec<(usize, Colors)>), Failure> {
     let mut positions = &mut mesh.positions[..];
     let mut uvs = mesh.uvs.as_mut().map_or(&mut [][..], |a| &mut a.values);
     let mut normals = mesh.normals.as_mut().map_or(&mut [][..], |a| &mut a.values);
@@ -162,8 +170,9 @@ fn read_attributes(
         }
         before = before.plus(part.counts);
     }
-    let broken = source.each_block(tasks, attributes::read)?;
-    Ok(attributes::BrokenValues::merge(starts.into_iter().zip(broken)))
+    let (broken, colors): (Vec<_>, Vec<_>) = source.each_block(tasks, attributes::read)?.into_iter().unzip();
+    let colors = starts.iter().map(|(before, _)| before.positions).zip(colors).collect();
+    Ok((attributes::BrokenValues::merge(starts.into_iter().zip(broken)), colors))
 }
 
 /// Reads the positions anew, in double precision and from `origin` on.

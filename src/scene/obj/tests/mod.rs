@@ -1,4 +1,5 @@
 mod against_tobj;
+mod colors;
 mod fixtures;
 mod polygons;
 mod random;
