@@ -19,5 +19,12 @@ pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
 /// A mesh as it is in its file.
 pub(crate) fn whole_file(path: &Path) -> MeshDescription {
     let source = MeshSource::File(path.to_path_buf());
-    MeshDescription { source, transform: DAffine3::IDENTITY, material: None, group: None, location: None }
+    MeshDescription {
+        source,
+        transform: DAffine3::IDENTITY,
+        material: None,
+        material_location: None,
+        group: None,
+        location: None,
+    }
 }

@@ -5,6 +5,7 @@ use super::model::Model;
 use super::{hash, origin};
 use crate::Result;
 use crate::bsdf::color_textures;
+use crate::document::suggest::{list, nearest};
 use crate::embree::LARGEST_COORDINATE;
 use crate::fields::each_texture;
 use crate::geometry::{Indices, Mesh, Placement};
@@ -13,6 +14,7 @@ use glam::{Affine3A, DVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// What is gathered from the files before anything is built.
@@ -40,9 +42,11 @@ impl LoadedAssets {
     pub(crate) fn of(description: &SceneDescription) -> Result<LoadedAssets> {
         let mut gathered = LoadedAssets::default();
         let mut origins = Vec::with_capacity(description.meshes.len());
+        let mut known = BTreeSet::new();
         for (k, mesh) in description.meshes.iter().enumerate() {
-            origins.push(gathered.add_mesh(k, mesh, description)?);
+            origins.push(gathered.add_mesh(k, mesh, description, &mut known)?);
         }
+        check_names(description, known)?;
         (gathered.description, gathered.origin) = origin::rebase(description, &gathered.meshes, &origins);
         gathered.warnings.extend(origin::note(gathered.origin));
         for (mesh, place) in gathered.meshes.iter_mut().zip(&gathered.description.meshes) {
@@ -56,15 +60,24 @@ impl LoadedAssets {
         Ok(gathered)
     }
 
-    /// Loads one model and gives its materials their numbers in the scene. Returns what the model is counted from.
-    fn add_mesh(&mut self, model: usize, place: &MeshDescription, scene: &SceneDescription) -> Result<DVec3> {
+    /// Loads one model and gives its materials their numbers in the scene. Returns what the model is counted from. `known` are the names
+    /// of all models' materials.
+    fn add_mesh(
+        &mut self,
+        model: usize,
+        place: &MeshDescription,
+        scene: &SceneDescription,
+        known: &mut BTreeSet<String>,
+    ) -> Result<DVec3> {
         let loaded = place.source.load()?;
+        known.extend(loaded.material_names.iter().chain(loaded.materials.keys()).cloned());
+        check_replacement(place, &loaded, scene)?;
         self.warnings.extend(loaded.warnings.iter().map(ToString::to_string));
-        let numbers: Vec<u32> = loaded
+        let numbers = loaded
             .material_names
             .iter()
             .map(|name| self.material(model, place.material.as_ref().unwrap_or(name), &loaded, scene))
-            .collect();
+            .collect::<Result<Vec<u32>>>()?;
         for &number in &numbers {
             self.check_vertex_colors(number, &loaded, place)?;
         }
@@ -88,21 +101,68 @@ impl LoadedAssets {
         Err(place.source.error(format!("material `{name}` takes the colours of vertices, and there are none")))
     }
 
-    /// A name means what the scene file says of it, else what the model's own library says, else grey.
-    fn material(&mut self, model: usize, name: &str, loaded: &Model, scene: &SceneDescription) -> u32 {
+    /// A name means what the scene file says of it, else what the model's own library says, else grey, with the scene file's changes.
+    fn material(&mut self, model: usize, name: &str, loaded: &Model, scene: &SceneDescription) -> Result<u32> {
         let named = scene.materials.get(name);
         let owner = if named.is_some() { None } else { Some(model) };
         if let Some(&id) = self.ids.get(&(owner, name.to_string())) {
-            return id;
+            return Ok(id);
         }
         let own =
             || loaded.materials.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
         let unknown = || MaterialDescription::unknown(loaded.mesh.colors.is_some());
-        self.materials.push(named.cloned().or_else(own).unwrap_or_else(unknown));
+        let mut material = named.cloned().or_else(own).unwrap_or_else(unknown);
+        for change in scene.material_changes.iter().filter(|change| change.name == name) {
+            material = (change.apply)(&material)?;
+        }
+        self.materials.push(material);
         self.names.push(name.to_string());
         let id = self.materials.len() as u32 - 1;
         self.ids.insert((owner, name.to_string()), id);
-        id
+        Ok(id)
+    }
+}
+
+/// That the material which replaces a model's own is described somewhere.
+fn check_replacement(place: &MeshDescription, loaded: &Model, scene: &SceneDescription) -> Result<()> {
+    let Some(name) = &place.material else { return Ok(()) };
+    if scene.materials.contains_key(name) || loaded.materials.contains_key(name) {
+        return Ok(());
+    }
+    let candidates: BTreeSet<&str> =
+        scene.materials.keys().chain(loaded.materials.keys()).map(String::as_str).collect();
+    let message = no_material(&format!("no material `{name}` is described"), name, candidates);
+    Err(match &place.material_location {
+        Some(location) => location.error(message),
+        None => place.source.error(message),
+    })
+}
+
+/// That materials which the scene file names are those of a model.
+fn check_names(description: &SceneDescription, mut known: BTreeSet<String>) -> Result<()> {
+    known.extend(description.meshes.iter().filter_map(|mesh| mesh.material.clone()));
+    known.remove("");
+    match description.named_materials.iter().find(|(name, _)| !name.is_empty() && !known.contains(name)) {
+        None => Ok(()),
+        Some((name, place)) => {
+            let subject = format!("no model has a material `{name}`");
+            Err(place.error(no_material(&subject, name, known.iter().map(String::as_str).collect())))
+        }
+    }
+}
+
+/// Names that a message lists before it only counts them.
+const LISTED: usize = 8;
+
+fn no_material(subject: &str, name: &str, known: BTreeSet<&str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    match nearest(name, &known) {
+        Some(best) => format!("{subject}: did you mean `{best}`?"),
+        None if known.is_empty() => format!("{subject}, or of any name"),
+        None if known.len() > LISTED => {
+            format!("{subject}: there are {}, among them {}", known.len(), list(&known[..LISTED]))
+        }
+        None => format!("{subject}: known are {}", list(&known)),
     }
 }
 

@@ -1,14 +1,17 @@
 //! A scene as written, before anything is loaded: every reader ends here, [`super::Scene`] begins here.
 
 use super::model::MeshSource;
+use crate::Result;
 use crate::bsdf::{BsdfDescription, DiffuseParameters};
-use crate::error::SourceLocation;
+use crate::error::{Place, SourceLocation};
 use crate::film::FilmSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::texture::{ColorTexture, ScalarTexture};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
 
 /// A whole scene as written. Paths are already resolved against the file that names them.
 #[derive(Clone, Debug, Default)]
@@ -21,6 +24,10 @@ pub struct SceneDescription {
     pub(crate) instances: Vec<InstanceDescription>,
     /// By name as in `usemtl`; they replace what the MTL says of that name.
     pub materials: BTreeMap<String, MaterialDescription>,
+    /// Changes to what the models' own libraries say of materials, in their order.
+    pub(crate) material_changes: Vec<MaterialChange>,
+    /// Materials that a model has to have, and where they are named.
+    pub(crate) named_materials: Vec<(String, Place)>,
     pub(crate) lights: Vec<LightDescription>,
 }
 
@@ -43,6 +50,8 @@ pub struct MeshDescription {
     pub(crate) transform: DAffine3,
     /// Replaces every material of the model.
     pub(crate) material: Option<String>,
+    /// Where that is written.
+    pub(crate) material_location: Option<SourceLocation>,
     /// The mesh is part of this group and seen only where an instance of the group stands; `transform` then places it
     /// within the group.
     pub(crate) group: Option<String>,
@@ -59,6 +68,20 @@ pub(crate) struct InstanceDescription {
     pub(crate) transform: DAffine3,
     /// Where that is written; `None` where nothing says so.
     pub(crate) location: Option<SourceLocation>,
+}
+
+/// What a scene file says of a material that it does not describe as a whole.
+#[derive(Clone)]
+pub(crate) struct MaterialChange {
+    pub(crate) name: String,
+    /// The material with the change. An error is one at its place in the scene file.
+    pub(crate) apply: Arc<dyn Fn(&MaterialDescription) -> Result<MaterialDescription> + Send + Sync>,
+}
+
+impl fmt::Debug for MaterialChange {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_tuple("MaterialChange").field(&self.name).finish()
+    }
 }
 
 /// A surface material.

@@ -13,7 +13,7 @@ pub(crate) mod model;
 pub mod obj;
 mod origin;
 
-#[cfg(feature = "lab")]
+#[cfg(any(test, feature = "lab"))]
 pub(crate) use assets::LoadedAssets;
 pub use camera::Camera;
 pub(crate) use load::LoadStage;

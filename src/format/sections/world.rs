@@ -20,7 +20,8 @@ pub(in crate::format) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescrip
     let meaning = "makes the mesh part of this group: it is seen only where an `[[instance]]` of the group stands, and the \
                    keys above place it within the group";
     let group = t.string(key("group", meaning).optional())?;
-    Ok(MeshDescription { source: MeshSource::File(path), transform, material, group, location: None })
+    let source = MeshSource::File(path);
+    Ok(MeshDescription { source, transform, material, material_location: None, group, location: None })
 }
 
 /// `meshes`: all of the scene, whose groups are the ones there are.
@@ -59,6 +60,11 @@ fn transform(t: &mut Reader) -> Result<DAffine3, Fault> {
     };
     check_regular(t, &transform)?;
     Ok(transform)
+}
+
+/// Where a table that was read says its material.
+pub(in crate::format) fn material_at(t: &Reader) -> At {
+    t.place(&["material"])
 }
 
 /// Where a table that was read says its transform, as far as it does.

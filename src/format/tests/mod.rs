@@ -1,4 +1,5 @@
 mod faults;
+mod names;
 mod reference_page;
 
 use super::*;
@@ -151,8 +152,6 @@ fn overrides_that_are_wrong_name_themselves() {
         ),
         ("integrator.roulette=nine", "unknown roulette `nine` in [integrator]: did you mean `none`?"),
         ("camera.target=[0, 1, 5]", "`target` must differ from `origin`"),
-        ("material.Flor.alpha=0.1", "the scene file describes no material `Flor`: did you mean `Floor`?"),
-        ("material.Steel.alpha=0.1", "the scene file describes no material `Steel`: set `material.Steel.type` too"),
         ("material.Floor.eta=1", "`eta` is not a key of type `plastic`, but of `conductor`"),
         ("film", "expected key=value, for example film.width=640"),
         ("film.width=", "expected key=value, for example film.width=640"),

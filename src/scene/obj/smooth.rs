@@ -165,9 +165,10 @@ impl PlaceNormals {
         let chunks = places.len().div_ceil(PLACES);
         let chunk = |k: usize| {
             let mut part = PlaceNormals { starts: Vec::new(), values: Vec::new(), groups: Vec::new() };
+            let mut sums = Vec::new();
             for place in k * PLACES..places.len().min((k + 1) * PLACES) {
                 part.starts.push(part.values.len());
-                part.add(place, fans.at(place), mesh, places, groups);
+                part.add(place, fans.at(place), mesh, places, groups, &mut sums);
             }
             part
         };
@@ -184,10 +185,18 @@ impl PlaceNormals {
         all
     }
 
-    /// The normals of one place.
-    fn add(&mut self, place: usize, fan: &[u32], mesh: &Mesh, places: &[u32], groups: &Groups) {
+    /// The normals of one place. `sums` is scratch memory.
+    fn add(
+        &mut self,
+        place: usize,
+        fan: &[u32],
+        mesh: &Mesh,
+        places: &[u32],
+        groups: &Groups,
+        sums: &mut Vec<(DVec3, f64)>,
+    ) {
         let first = self.groups.len();
-        let mut sums: Vec<(DVec3, f64)> = Vec::new();
+        sums.clear();
         for &triangle in fan {
             let group = groups.of(triangle as usize);
             let known = self.groups[first..].iter().position(|&g| g == group).unwrap_or_else(|| {
@@ -202,7 +211,7 @@ impl PlaceNormals {
             sums[known].0 += normal * angle;
             sums[known].1 += angle;
         }
-        self.values.extend(sums.into_iter().map(|(sum, weight)| {
+        self.values.extend(sums.iter().map(|&(sum, weight)| {
             let cancelled = sum.length() <= CANCELLED * weight;
             let normal = if cancelled { DVec3::ZERO } else { sum.normalize() };
             normal.as_vec3().to_array()
