@@ -46,7 +46,7 @@ impl LoadedAssets {
         for (k, mesh) in description.meshes.iter().enumerate() {
             origins.push(gathered.add_mesh(k, mesh, description, &mut known)?);
         }
-        check_names(description, known)?;
+        gathered.warnings.extend(check_names(description, known)?);
         (gathered.description, gathered.origin) = origin::rebase(description, &gathered.meshes, &origins);
         gathered.warnings.extend(origin::note(gathered.origin));
         for (mesh, place) in gathered.meshes.iter_mut().zip(&gathered.description.meshes) {
@@ -138,16 +138,19 @@ fn check_replacement(place: &MeshDescription, loaded: &Model, scene: &SceneDescr
     })
 }
 
-/// That materials which the scene file names are those of a model.
-fn check_names(description: &SceneDescription, mut known: BTreeSet<String>) -> Result<()> {
+/// That materials which the scene file names are those of a model. Files of other programs do not say where they name them: of those it
+/// is a warning.
+fn check_names(description: &SceneDescription, mut known: BTreeSet<String>) -> Result<Vec<String>> {
     known.extend(description.meshes.iter().filter_map(|mesh| mesh.material.clone()));
     known.remove("");
-    match description.named_materials.iter().find(|(name, _)| !name.is_empty() && !known.contains(name)) {
-        None => Ok(()),
-        Some((name, place)) => {
-            let subject = format!("no model has a material `{name}`");
-            Err(place.error(no_material(&subject, name, known.iter().map(String::as_str).collect())))
-        }
+    let message = |name: &str| {
+        let subject = format!("no model has a material `{name}`");
+        no_material(&subject, name, known.iter().map(String::as_str).collect())
+    };
+    let missing = |name: &str| !name.is_empty() && !known.contains(name);
+    match description.named_materials.iter().find(|(name, _)| missing(name)) {
+        Some((name, place)) => Err(place.error(message(name))),
+        None => Ok(description.materials.keys().filter(|name| missing(name)).map(|name| message(name)).collect()),
     }
 }
 
@@ -158,7 +161,7 @@ fn no_material(subject: &str, name: &str, known: BTreeSet<&str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
     match nearest(name, &known) {
         Some(best) => format!("{subject}: did you mean `{best}`?"),
-        None if known.is_empty() => format!("{subject}, or of any name"),
+        None if known.is_empty() => format!("{subject}: their faces name none"),
         None if known.len() > LISTED => {
             format!("{subject}: there are {}, among them {}", known.len(), list(&known[..LISTED]))
         }

@@ -11,9 +11,12 @@ use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// An origin is taken where a model's extent is fewer steps of single precision than this: 16 of the 24 bits of a coordinate are
-/// to be left for the shape.
-const LEAST_STEPS: f64 = 65_536.0;
+/// An origin is taken where a model's extent is fewer steps of single precision than this, 2¹⁸. So many keep steps below a pixel in
+/// views of a hundredth of the model on 2000 pixels.
+const LEAST_STEPS: f64 = 262_144.0;
+
+/// Triangles that are looked at for whether a model may be small beside what its vertices span.
+const SAMPLES: usize = 64;
 
 /// Positions that a thread looks at a time.
 const BLOCK: usize = 1 << 16;
@@ -38,6 +41,20 @@ impl Bounds {
             Bounds { low: low.as_dvec3(), high: high.as_dvec3() }
         };
         positions.par_chunks(BLOCK).map(block).reduce(|| Bounds::EMPTY, Bounds::union)
+    }
+
+    /// Of the positions that triangles use, where they may need an origin that the box around all positions does not show: files may hold
+    /// vertices at 0 beside a model far from it. `None` where a sample shows that they do not.
+    pub(crate) fn of_used(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Option<Bounds> {
+        let used = |triangles: &[[u32; 3]]| {
+            let corners = triangles.iter().flatten().map(|&i| positions[i as usize]);
+            Bounds::of(&corners.collect::<Vec<_>>())
+        };
+        let sample: Vec<[u32; 3]> = triangles.iter().step_by(triangles.len() / SAMPLES + 1).copied().collect();
+        if used(&sample).origin() == DVec3::ZERO {
+            return None;
+        }
+        Some(triangles.par_chunks(BLOCK).map(used).reduce(|| Bounds::EMPTY, Bounds::union))
     }
 
     fn union(self, other: Bounds) -> Bounds {
@@ -110,7 +127,7 @@ pub(super) fn rebase(description: &SceneDescription, meshes: &[Mesh], origins: &
         instance.transform.translation -= origin;
     }
     moved.lights.iter_mut().for_each(|light| light.translate(-origin));
-    for camera in &mut moved.camera {
+    if let Some(camera) = &mut moved.camera {
         camera.origin -= origin;
         camera.target -= origin;
     }

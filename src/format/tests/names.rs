@@ -155,6 +155,19 @@ fn names_that_exist_nowhere_are_errors_at_their_place() {
 }
 
 #[test]
+fn names_in_files_of_other_programs_are_warnings() {
+    let files = Files::new();
+    let path = files.write(
+        "scene.json",
+        r#"{"obj": "m.obj", "materials": {"Flor": {"type": "mirror"}, "Lamp": {"type": "mirror"}}}"#,
+    );
+    let (file, _) = format::load(&path, &[]).unwrap();
+    let warnings = LoadedAssets::of(&file.scene).unwrap().warnings;
+    let names: Vec<&String> = warnings.iter().filter(|warning| warning.starts_with("no model has")).collect();
+    assert_eq!(names, ["no model has a material `Flor`: did you mean `Floor`?"]);
+}
+
+#[test]
 fn names_that_exist_somewhere_are_none() {
     let files = Files::new();
     // used without a library's word, in the library and not used, and the scene file's own for a whole mesh

@@ -100,11 +100,18 @@ fn load_parts(
     };
     let (broken, colors) = read_attributes(source, blocks, &parts, &mut mesh)?;
     mesh.colors = colors::merge(colors, census.counts.positions)?;
-    let origin = Bounds::of(&mesh.positions).origin();
+    let mut origin = Bounds::of(&mesh.positions).origin();
     if origin != DVec3::ZERO {
         read_positions(source, blocks, &parts, &mut mesh.positions, origin)?;
     }
     read_faces(source, blocks, &parts, &mut mesh)?;
+    let used = Bounds::of_used(&mesh.positions, &mesh.triangles).map_or(DVec3::ZERO, Bounds::origin);
+    if used != DVec3::ZERO {
+        origin += used;
+        read_positions(source, blocks, &parts, &mut mesh.positions, origin)?;
+        read_faces(source, blocks, &parts, &mut mesh)?;
+        drop_unused(&mut mesh);
+    }
     repair::repair(&mut mesh, &broken, reporter)?;
     smooth::smooth(&mut mesh, &census.smoothing)?;
     Ok((mesh, origin, census))
@@ -173,6 +180,15 @@ fn read_attributes(
     let (broken, colors): (Vec<_>, Vec<_>) = source.each_block(tasks, attributes::read)?.into_iter().unzip();
     let colors = starts.iter().map(|(before, _)| before.positions).zip(colors).collect();
     Ok((attributes::BrokenValues::merge(starts.into_iter().zip(broken)), colors))
+}
+
+/// Puts vertices that no triangle uses to where one is, so that they have no part in what the model spans.
+fn drop_unused(mesh: &mut Mesh) {
+    let mut used = vec![false; mesh.positions.len()];
+    mesh.triangles.iter().flatten().for_each(|&i| used[i as usize] = true);
+    let Some(first) = used.iter().position(|&used| used) else { return };
+    let harmless = mesh.positions[first];
+    mesh.positions.iter_mut().zip(used).filter(|(_, used)| !used).for_each(|(p, _)| *p = harmless);
 }
 
 /// Reads the positions anew, in double precision and from `origin` on.

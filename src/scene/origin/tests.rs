@@ -112,9 +112,25 @@ fn files_near_0_keep_their_bits() {
 }
 
 #[test]
+fn vertices_that_no_face_uses_have_no_part_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ball.obj");
+    let far = ball(FAR);
+    // a vertex at 0 behind all others, so that indices stay
+    std::fs::write(&path, format!("{far}v 0 0 0\n")).unwrap();
+    let marked = obj::load(&path).unwrap();
+    std::fs::write(&path, far).unwrap();
+    let plain = obj::load(&path).unwrap();
+    assert_eq!(marked.origin, plain.origin);
+    assert_eq!(marked.mesh.positions[..plain.mesh.positions.len()], plain.mesh.positions);
+    assert_eq!(marked.mesh.triangles, plain.mesh.triangles);
+    assert!(Bounds::of(&marked.mesh.positions) == Bounds::of(&plain.mesh.positions));
+}
+
+#[test]
 fn origins_are_taken_where_steps_of_single_precision_show() {
     let origin = |low: [f64; 3], high: [f64; 3]| Bounds { low: low.into(), high: high.into() }.origin();
-    // 2 m at 100 m: steps of 1/131072 m; at 1000 m: 1/16384 m
+    // 2 m at 100 m: steps of 1/131072 m, of which 262144 are 2 m; at 1000 m: 1/16384 m
     assert_eq!(origin([99.0; 3], [101.0; 3]), DVec3::ZERO);
     assert_eq!(origin([999.2, 0.0, -1001.0], [1001.2, 2.0, -999.0]), DVec3::new(1000.0, 0.0, -1000.0));
     // a country of 600 km at UTM coordinates: steps of half a metre are enough for it

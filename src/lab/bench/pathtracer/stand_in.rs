@@ -73,7 +73,7 @@ fn stand_in(
 ) -> SceneFile {
     let (low, high) = scene.bounds();
     let mut camera = description.scene.camera.clone();
-    for camera in &mut camera {
+    if let Some(camera) = &mut camera {
         camera.origin -= scene.origin();
         camera.target -= scene.origin();
     }
