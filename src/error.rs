@@ -65,6 +65,29 @@ impl SourceLocation {
     }
 }
 
+/// Where something is said in a file or on the command line, for what is found wrong with it only later.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Place {
+    File(SourceLocation),
+    /// One of the `key=value` that change a scene, as of [`Error::Override`].
+    Override {
+        index: usize,
+        text: String,
+    },
+}
+
+impl Place {
+    /// That what is said there cannot be used.
+    pub(crate) fn error(&self, message: impl Into<String>) -> Error {
+        match self {
+            Place::File(location) => location.error(message),
+            Place::Override { index, text } => {
+                Error::Override { index: *index, text: text.clone(), message: message.into() }
+            }
+        }
+    }
+}
+
 fn column_suffix(column: usize) -> String {
     if column == 0 { String::new() } else { format!(":{column}") }
 }

@@ -7,7 +7,7 @@
 use crate::document::{Bounds, Key};
 use crate::math::Rgb;
 use crate::texture::ColorTexture;
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 use std::convert::Infallible;
 use std::path::PathBuf;
 
@@ -29,8 +29,8 @@ pub(crate) trait FieldVisitor {
     fn texture(&mut self, key: Key, slot: &mut ColorTexture) -> Result<(), Self::Error>;
     /// Two colours of which both are given or neither.
     fn color_pair(&mut self, keys: [(Key, Bounds); 2], slot: &mut Option<(Rgb, Rgb)>) -> Result<(), Self::Error>;
-    /// A point in world space.
-    fn position(&mut self, key: Key, slot: &mut Vec3) -> Result<(), Self::Error>;
+    /// A point in world space, as it is written.
+    fn position(&mut self, key: Key, slot: &mut DVec3) -> Result<(), Self::Error>;
     /// A unit vector in world space; another length may be written, but for zero.
     fn direction(&mut self, key: Key, slot: &mut Vec3) -> Result<(), Self::Error>;
     /// A rotation, with or without a mirroring: by an angle about +y in degrees, or by a matrix in its place.
@@ -91,7 +91,7 @@ impl<F: FnMut(&mut ColorTexture)> FieldVisitor for Textures<F> {
         Ok(())
     }
 
-    fn position(&mut self, _: Key, _: &mut Vec3) -> Result<(), Infallible> {
+    fn position(&mut self, _: Key, _: &mut DVec3) -> Result<(), Infallible> {
         Ok(())
     }
 

@@ -18,7 +18,7 @@ use glam::Vec3;
 pub(super) fn layers(rendering: &Rendering, context: &Context) -> Vec<Layer> {
     let e = &rendering.estimate;
     let mut layers = always(e, context.scene.lights().has_surroundings());
-    layers.extend(context.extra_layers.iter().filter_map(|&layer| extra(e, layer)));
+    layers.extend(context.extra_layers.iter().filter_map(|&layer| extra(e, layer, context.scene.origin().as_vec3())));
     layers.extend(mattes(context).iter().enumerate().flat_map(|(kind, matte)| matte.layers(RANKS, &coverage(e, kind))));
     layers.extend(context.denoised.iter().map(|denoised| Layer::color(DENOISED, &denoised.image.data)));
     layers.extend(context.guide_layers.iter().flat_map(Layers::channels));
@@ -39,15 +39,15 @@ fn always(e: &Estimate, has_background: bool) -> Vec<Layer> {
     ]
 }
 
-/// `None` for light that was not kept apart, and for what is more than a layer.
-fn extra(e: &Estimate, layer: ExtraLayer) -> Option<Layer> {
+/// `origin` is where the scene's coordinates are counted from. `None` for light that was not kept apart, and for what is more than a layer.
+fn extra(e: &Estimate, layer: ExtraLayer, origin: Vec3) -> Option<Layer> {
     let name = layer.name();
     match layer {
         ExtraLayer::Light(light) => {
             let (_, mean) = e.layers.iter().find(|(own, _)| *own == light)?;
             Some(Layer::color(name, mean))
         }
-        ExtraLayer::Position => Some(Layer::vector(name, &vectors(e, Aovs::mean_position))),
+        ExtraLayer::Position => Some(Layer::vector(name, &vectors(e, |f| origin + f.mean_position()))),
         ExtraLayer::Cryptomatte => None,
         ExtraLayer::GeometricNormal => Some(Layer::vector(name, &vectors(e, |f| f.geometric_normal))),
     }

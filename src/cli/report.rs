@@ -29,6 +29,8 @@ pub(crate) struct Report {
     width: u32,
     height: u32,
     triangles: usize,
+    /// In the coordinates of the scene's files: what the picture's are counted from.
+    origin: [f64; 3],
     embree_bytes: u64,
     exit: &'static str,
     /// Samples per pixel traced, and those that the picture holds.
@@ -138,6 +140,7 @@ impl Report {
             width: rendering.estimate.width,
             height: rendering.estimate.height,
             triangles: context.scene.triangles(),
+            origin: context.scene.origin().to_array(),
             embree_bytes: context.scene.geometry().device().memory(),
             exit: if context.interrupted { "interrupted" } else { "done" },
             spp: rendering.samples,

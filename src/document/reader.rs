@@ -6,7 +6,7 @@ use super::suggest::unknown;
 use super::tree::{At, Entries, Entry, Fault, Node, Value};
 use super::value::Bounds;
 use crate::math::Rgb;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -171,6 +171,13 @@ impl Reader {
         node.map_or(Ok(()), |n| n.number(key.name, bounds).map(|x| *slot = x))
     }
 
+    /// A number that is not rounded.
+    pub(crate) fn double(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut f64) -> Result<(), Fault> {
+        let key = key.into();
+        let node = self.ask(key, "number", slot.to_string(), bounds.range())?;
+        node.map_or(Ok(()), |n| n.double(key.name, bounds).map(|x| *slot = x))
+    }
+
     /// A whole number in `range`, which must fit into `T`.
     pub(crate) fn integer<T: TryFrom<u64> + ToString>(
         &mut self,
@@ -194,6 +201,13 @@ impl Reader {
         node.map_or(Ok(()), |n| n.numbers::<3>(key.name, bounds).map(|v| *slot = v.into()))
     }
 
+    /// A place, or what else is added to one: it is not rounded.
+    pub(crate) fn point(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut DVec3) -> Result<(), Fault> {
+        let key = key.into();
+        let node = self.ask(key, "`[x, y, z]`", slot.to_string(), bounds.range())?;
+        node.map_or(Ok(()), |n| n.doubles::<3>(key.name, bounds).map(|v| *slot = v.into()))
+    }
+
     /// A grey number or `[r, g, b]`.
     pub(crate) fn color(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Rgb) -> Result<(), Fault> {
         let key = key.into();
@@ -201,11 +215,17 @@ impl Reader {
         node.map_or(Ok(()), |n| n.color(key.name, bounds).map(|c| *slot = c))
     }
 
-    /// One number for all three axes or one for each.
-    pub(crate) fn factors(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut Vec3) -> Result<(), Fault> {
+    /// One number for all three axes or one for each; not rounded.
+    pub(crate) fn factors(&mut self, key: impl Into<Key>, bounds: Bounds, slot: &mut DVec3) -> Result<(), Fault> {
         let key = key.into();
-        let node = self.ask(key, "number or `[x, y, z]`", shown(*slot), bounds.range())?;
-        node.map_or(Ok(()), |n| n.color(key.name, bounds).map(|v| *slot = v))
+        let node = self.ask(key, "number or `[x, y, z]`", shown(slot.as_vec3()), bounds.range())?;
+        let Some(node) = node else { return Ok(()) };
+        *slot = match &node.value {
+            Value::Array(_) => node.doubles::<3>(key.name, bounds)?.into(),
+            Value::Integer(_) | Value::Float(_) => DVec3::splat(node.double(key.name, bounds)?),
+            _ => return Err(node.mismatch(key.name, "a number or an array of 3 numbers")),
+        };
+        Ok(())
     }
 
     /// One of a list of names.

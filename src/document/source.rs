@@ -1,10 +1,11 @@
 //! The text that a document is read from, and where faults in it are.
 
 use super::{At, Fault};
-use crate::error::SourceLocation;
+use crate::error::{Place, SourceLocation};
 use crate::io::memory;
 use crate::{Error, Result};
 use std::path::Path;
+use std::sync::Arc;
 
 /// A file's text, without the mark that some editors put before UTF-8.
 pub(crate) fn read_text(path: &Path) -> Result<String> {
@@ -36,17 +37,38 @@ impl Source<'_> {
         Some(SourceLocation { path: self.path.to_path_buf(), line, column })
     }
 
-    pub(crate) fn error(&self, fault: Fault) -> Error {
-        match fault.at {
-            At::Text(offset) => {
-                let (line, column) = line_and_column(self.text.as_bytes(), offset);
-                Error::parse(self.path, line, column, fault.message)
-            }
-            At::Set(index) => {
-                let text = self.overrides.get(index).map_or("", String::as_str);
-                Error::Override { index, text: text.to_string(), message: fault.message }
+    /// The place in the file, or on the command line.
+    pub(crate) fn place(&self, at: At) -> Place {
+        match (self.location(at), at) {
+            (Some(location), _) => Place::File(location),
+            (None, At::Text(index) | At::Set(index)) => {
+                Place::Override { index, text: self.overrides.get(index).cloned().unwrap_or_default() }
             }
         }
+    }
+
+    pub(crate) fn error(&self, fault: Fault) -> Error {
+        self.place(fault.at).error(fault.message)
+    }
+
+    /// A copy for what is read later.
+    pub(crate) fn to_owned(&self) -> OwnedSource {
+        let (path, text, overrides) = (self.path.into(), self.text.into(), self.overrides.into());
+        OwnedSource { path, text, overrides }
+    }
+}
+
+/// A [`Source`] of its own.
+#[derive(Clone, Debug)]
+pub(crate) struct OwnedSource {
+    path: Arc<Path>,
+    text: Arc<str>,
+    overrides: Arc<[String]>,
+}
+
+impl OwnedSource {
+    pub(crate) fn borrow(&self) -> Source<'_> {
+        Source { path: &self.path, text: &self.text, overrides: &self.overrides }
     }
 }
 

@@ -52,6 +52,11 @@ impl Node {
     }
 
     pub(crate) fn number(&self, key: &str, bounds: Bounds) -> Result<f32, Fault> {
+        self.double(key, bounds).map(|x| x as f32)
+    }
+
+    /// A number as it is written, which is within the bounds once it is rounded to `f32`.
+    pub(crate) fn double(&self, key: &str, bounds: Bounds) -> Result<f64, Fault> {
         let written = match self.value {
             Value::Integer(i) => i as f64,
             Value::Float(x) => x,
@@ -59,7 +64,7 @@ impl Node {
         };
         let x = written as f32;
         if x.is_finite() && (bounds.holds)(f64::from(x)) {
-            return Ok(x);
+            return Ok(written);
         }
         let text = if x.is_finite() { bounds.text } else { FINITE.text };
         let long = written.abs() >= 1e16;
@@ -68,6 +73,10 @@ impl Node {
     }
 
     pub(crate) fn numbers<const N: usize>(&self, key: &str, bounds: Bounds) -> Result<[f32; N], Fault> {
+        self.doubles(key, bounds).map(|numbers| numbers.map(|x| x as f32))
+    }
+
+    pub(crate) fn doubles<const N: usize>(&self, key: &str, bounds: Bounds) -> Result<[f64; N], Fault> {
         let expected = || format!("an array of {N} numbers");
         let Value::Array(items) = &self.value else {
             return Err(self.mismatch(key, &expected()));
@@ -78,7 +87,7 @@ impl Node {
         }
         let mut numbers = [0.0; N];
         for (number, item) in numbers.iter_mut().zip(items) {
-            *number = item.number(key, bounds)?;
+            *number = item.double(key, bounds)?;
         }
         Ok(numbers)
     }

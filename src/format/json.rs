@@ -65,8 +65,8 @@ impl Import<'_> {
         let mut t = Reader::new("camera", node)?;
         t.chosen("type", &[("perspective", ())])?;
         let mut c = CameraDescription::default();
-        t.vector("origin", COORDINATE, &mut c.origin)?;
-        t.vector("target", COORDINATE, &mut c.target)?;
+        t.point("origin", COORDINATE, &mut c.origin)?;
+        t.point("target", COORDINATE, &mut c.target)?;
         t.vector("up", COORDINATE, &mut c.up)?;
         t.number("vfov_deg", camera::VFOV, &mut c.vfov)?;
         t.flag("mirrored_x", &mut c.mirrored)?;

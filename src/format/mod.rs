@@ -135,7 +135,7 @@ fn apply_overrides(file: &mut SceneFile, path: &Path, overrides: &[String], leni
     let source = Source { path, text: "", overrides };
     let apply = |root: Node| {
         let mut root = Reader::new("--set", root)?.lenient(lenient);
-        sections::read(&mut root, source.folder(), file)?;
+        sections::read(&mut root, &source, file)?;
         root.finish()
     };
     overrides_tree(overrides).and_then(apply).map_err(|fault| source.error(fault))

@@ -6,7 +6,7 @@ use crate::film::FilmSettings;
 use crate::image::{Exposure, Tone};
 use crate::scene::description::{MeshDescription, SceneDescription};
 use crate::scene::model::MeshSource;
-use glam::Affine3A;
+use glam::DAffine3;
 use std::path::Path;
 
 pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
@@ -19,5 +19,12 @@ pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
 /// A mesh as it is in its file.
 pub(crate) fn whole_file(path: &Path) -> MeshDescription {
     let source = MeshSource::File(path.to_path_buf());
-    MeshDescription { source, transform: Affine3A::IDENTITY, material: None, group: None, location: None }
+    MeshDescription {
+        source,
+        transform: DAffine3::IDENTITY,
+        material: None,
+        material_location: None,
+        group: None,
+        location: None,
+    }
 }

@@ -44,7 +44,10 @@ fn materials() -> Vec<Section> {
         materials::common(t, Kind::Diffuse, &mut MaterialDescription::default(), base)
     });
     let own = KINDS.iter().map(|(name, kind)| section(name, |t| kind.read(t, &mut kind.bsdf(), base)));
-    let color = section("texture", |t| textures::color_image(t, None, base).map(drop));
+    let color = section("texture", |t| {
+        t.flag(textures::VERTEX_COLOR, &mut true)?;
+        textures::color_image(t, None, base).map(drop)
+    });
     let mut channel = textures::Channel::Alpha;
     let mut opacity = section("opacity", |t| textures::scalar_image(t, None, &mut channel, base).map(drop));
     opacity.keys.retain(|info| color.keys.iter().all(|known| known.key.name != info.key.name));

@@ -34,12 +34,14 @@ fn groups_without_instance(scene: &SceneDescription) -> Vec<String> {
 fn whole(root: Node, source: &Source, file: &mut SceneFile) -> Result<(), Fault> {
     let base = source.folder();
     let mut root = Reader::new("the scene file", root)?;
-    sections::read(&mut root, base, file)?;
+    sections::read(&mut root, source, file)?;
     let scene = &mut file.scene;
     for node in root.take("mesh").map_or(Ok(vec![]), |n| n.tables("mesh"))? {
         let mut t = Reader::new("[[mesh]]", node)?;
         let mesh = world::mesh(&mut t, base)?;
-        scene.meshes.push(MeshDescription { location: source.location(world::transform_at(&t)), ..mesh });
+        let [location, material_location] =
+            [world::transform_at(&t), world::material_at(&t)].map(|at| source.location(at));
+        scene.meshes.push(MeshDescription { location, material_location, ..mesh });
         t.finish()?;
     }
     for node in root.take("instance").map_or(Ok(vec![]), |n| n.tables("instance"))? {

@@ -1,5 +1,6 @@
 //! Triangle meshes, indexed like OBJ: normals and texture coordinates may have indices of their own.
 
+use crate::math::Rgb;
 use glam::Vec3;
 
 /// The index of "this triangle has none".
@@ -13,6 +14,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     pub normals: Option<Attribute<[f32; 3]>>,
     pub uvs: Option<Attribute<[f32; 2]>>,
+    /// Of the positions, linear, each channel in [0, 1].
+    pub colors: Option<Vec<[f32; 3]>>,
     /// Per triangle, an index into the scene's materials.
     pub materials: Vec<u32>,
 }
@@ -48,7 +51,8 @@ impl Mesh {
     pub(crate) fn bytes(&self) -> usize {
         let normals = self.normals.as_ref().map_or(0, Attribute::bytes);
         let uvs = self.uvs.as_ref().map_or(0, Attribute::bytes);
-        of(&self.positions) + of(&self.triangles) + of(&self.materials) + normals + uvs
+        let colors = self.colors.as_ref().map_or(0, of);
+        of(&self.positions) + of(&self.triangles) + of(&self.materials) + normals + uvs + colors
     }
 
     /// Texture coordinates of a triangle at the barycentric weights `u`, `v` of its second and third corner; the
@@ -59,6 +63,16 @@ impl Mesh {
             Some(uvs) => interpolated(uvs.corners(&self.triangles, triangle), u, v),
             None => [u, v],
         }
+    }
+}
+
+impl Mesh {
+    /// The colour of a triangle at the barycentric weights `u`, `v` of its second and third corner; white where the mesh has none.
+    #[inline(never)]
+    pub(crate) fn color(&self, triangle: usize, u: f32, v: f32) -> Rgb {
+        let Some(colors) = &self.colors else { return Rgb::ONE };
+        let [a, b, c] = self.triangles[triangle].map(|i| Rgb::from(colors[i as usize]));
+        a * (1.0 - u - v) + b * u + c * v
     }
 }
 

@@ -3,7 +3,7 @@
 use super::interaction::{Facet, corner_normals};
 use super::{Mesh, Placement, SurfaceInteraction};
 use crate::geometry::{Hit, HitRows};
-use crate::math::Frame;
+use crate::math::{Frame, Rgb};
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each};
 use glam::Vec3;
 
@@ -23,6 +23,8 @@ pub(crate) struct Surfaces<'a> {
     wo: Vec3Lanes,
     uv: [Lanes; 2],
     material: [u32; LANES],
+    /// Of the vertices, on instances; on the scene's own meshes they are looked up where a material asks for them.
+    placed_color: Vec3Lanes,
     p: Vec3Lanes,
     ng: Vec3Lanes,
     /// `s`, `t` and `n` of the shading frame.
@@ -47,6 +49,7 @@ impl<'a> Surfaces<'a> {
             wo: Vec3Lanes::ZERO,
             uv: [[0.0; LANES]; 2],
             material: [0; LANES],
+            placed_color: Vec3Lanes::ZERO,
             p: Vec3Lanes::ZERO,
             ng: Vec3Lanes::ZERO,
             frame: [Vec3Lanes::ZERO; 3],
@@ -94,6 +97,7 @@ impl<'a> Surfaces<'a> {
         }
         self.winding.set(k, facet.winding);
         self.slack[k] = facet.slack;
+        self.placed_color.set(k, mesh.color(hit.primitive as usize, hit.u, hit.v));
         self.read_attributes(k, mesh, hit.primitive as usize, hit.u, hit.v);
     }
 
@@ -170,6 +174,15 @@ impl<'a> Surfaces<'a> {
     #[inline(always)]
     pub(crate) fn uv(&self, k: usize) -> [f32; 2] {
         [self.uv[0][k], self.uv[1][k]]
+    }
+
+    /// Colour of the mesh's vertices at point `k`; white where there is none.
+    #[inline(never)]
+    pub(crate) fn color(&self, k: usize) -> Rgb {
+        match self.unread[k] {
+            Some(mesh) => mesh.color(self.primitive[k] as usize, self.weights[0][k], self.weights[1][k]),
+            None => self.placed_color.get(k),
+        }
     }
 
     /// Place of point `k`.

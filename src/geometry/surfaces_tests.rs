@@ -19,6 +19,7 @@ pub(crate) fn mesh(rng: &mut Rng, normals: bool) -> Mesh {
         triangles: indices(false).collect(),
         normals: normals.then(|| Attribute { values, indices: Indices::Own(indices(true).collect()) }),
         uvs: None,
+        colors: None,
         materials: (0..triangles as u32).collect(),
     }
 }

@@ -38,8 +38,9 @@ impl<'s> PixelVertex<'s> {
             rays.push(&ray);
             rays.trace(scene.geometry(), Coherence::Coherent);
             let wo = -ray.dir;
-            let si = scene.interaction(&rays.hit(0)?, wo);
-            let bsdf = scene.bsdf(scene.material(si.material), si.uv);
+            let hit = rays.hit(0)?;
+            let si = scene.interaction(&hit, wo);
+            let bsdf = scene.bsdf(scene.material(si.material), si.uv, || scene.vertex_color(&hit));
             if bsdf.has_smooth() {
                 return Some(PixelVertex { si, bsdf, wo });
             }

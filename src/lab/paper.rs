@@ -3,7 +3,7 @@
 //!
 //! The captions of the figures name no settings: what each letter stands for is read from the text (§5.1, §5.2).
 
-use glam::{Affine3A, Vec3};
+use glam::{DAffine3, DVec3};
 
 use crate::scene::description::SceneDescription;
 
@@ -172,11 +172,12 @@ impl Preset {
 
     /// Turns meshes and camera, where the preset asks for it.
     pub(crate) fn place(&self, scene: &mut SceneDescription) {
-        let turn = Affine3A::from_rotation_y(self.turn.to_radians());
+        let turn = DAffine3::from_rotation_y(f64::from(self.turn).to_radians());
         scene.meshes.iter_mut().for_each(|mesh| mesh.transform = turn * mesh.transform);
         if let Some(camera) = &mut scene.camera {
-            let moved = |p: Vec3| turn.transform_point3(p);
-            (camera.origin, camera.target, camera.up) = (moved(camera.origin), moved(camera.target), moved(camera.up));
+            let moved = |p: DVec3| turn.transform_point3(p);
+            (camera.origin, camera.target) = (moved(camera.origin), moved(camera.target));
+            camera.up = moved(camera.up.as_dvec3()).as_vec3();
         }
     }
 }

@@ -35,6 +35,11 @@ macro_rules! lights {
                 match self { $(LightDescription::$Type(_) => $Parameters::NUMBER,)* }
             }
 
+            /// As of [`LightParameters::translate`].
+            pub(crate) fn translate(&mut self, by: DVec3) {
+                match self { $(LightDescription::$Type(p) => p.translate(by),)* }
+            }
+
             /// As of [`LightParameters::load`].
             pub(crate) fn load(&self, findings: &mut Findings) -> Result<Light> {
                 match self { $(LightDescription::$Type(p) => p.load(findings).map(Light::$Type),)* }

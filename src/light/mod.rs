@@ -25,6 +25,8 @@ mod unit;
 
 pub(crate) use lights::Lights;
 pub(crate) use opacity::EmitterOpacity;
+#[cfg(test)]
+pub(crate) use point::PointLight;
 pub(crate) use samples::LightSamples;
 pub(crate) use source::Findings;
 pub(crate) use triangle::EmissiveTriangle;
@@ -35,14 +37,14 @@ use crate::fields::{FieldVisitor, Fields};
 use crate::geometry::Ray;
 use crate::math::{Rgb, luminance};
 use crate::{Error, Result};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use source::{LightParameters, LightSource};
 
 // What a type of light is called in scene files, its parameters, and what samples it.
 lights! {
     "constant" = Constant(constant::ConstantLight) => constant::ConstantLight;
     "environment" = Environment(environment::EnvironmentLight) => Box<environment::Environment>;
-    "point" = Point(point::PointLight) => point::PointLight;
+    "point" = Point(point::PointLightParameters) => point::PointLight;
     "directional" = Directional(directional::DirectionalLight) => directional::DirectionalLight;
     "sun" = Sun(sun::SunLight) => sun::SunDisc;
     "sky" = Sky(sky::SkyLight) => sky::Sky;

@@ -6,29 +6,41 @@ use crate::Result;
 use crate::document::{NOT_NEGATIVE, key};
 use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
 /// `intensity` in W/sr, the same in all directions.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PointLight {
+pub struct PointLightParameters {
+    /// As written: it may be far from 0.
+    pub position: DVec3,
+    pub intensity: Rgb,
+}
+
+/// The same in the scene's coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PointLight {
     pub position: Vec3,
     pub intensity: Rgb,
 }
 
-impl Fields for PointLight {
+impl Fields for PointLightParameters {
     fn fields<V: FieldVisitor>(&mut self, visitor: &mut V) -> Result<(), V::Error> {
         visitor.position(key("position", "where it is").unit("length").required(), &mut self.position)?;
         visitor.color(key("intensity", "in every direction").unit("W/sr").required(), NOT_NEGATIVE, &mut self.intensity)
     }
 }
 
-impl LightParameters for PointLight {
+impl LightParameters for PointLightParameters {
     const NUMBER: u32 = 3;
     type Loaded = PointLight;
 
     fn load(&self, _: &mut Findings) -> Result<PointLight> {
-        Ok(self.clone())
+        Ok(PointLight { position: self.position.as_vec3(), intensity: self.intensity })
+    }
+
+    fn translate(&mut self, by: DVec3) {
+        self.position += by;
     }
 }
 

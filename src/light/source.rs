@@ -4,7 +4,7 @@ use super::LightSample;
 use crate::Result;
 use crate::fields::Fields;
 use crate::math::Rgb;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// A type of light as written.
 pub(crate) trait LightParameters: Default + Fields {
@@ -18,6 +18,9 @@ pub(crate) trait LightParameters: Default + Fields {
     /// # Errors
     /// Those of the files.
     fn load(&self, findings: &mut Findings) -> Result<Self::Loaded>;
+
+    /// Moves a light that is somewhere.
+    fn translate(&mut self, _by: DVec3) {}
 }
 
 /// What loading lights brings beside them.

@@ -1,17 +1,20 @@
 //! Meshes in place, with numbers for their materials: what a scene consists of before anything is built.
 
 use super::description::{MaterialDescription, MeshDescription, SceneDescription};
-use super::hash;
+use super::model::Model;
+use super::{hash, origin};
 use crate::Result;
+use crate::bsdf::color_textures;
+use crate::document::suggest::{list, nearest};
 use crate::embree::LARGEST_COORDINATE;
 use crate::fields::each_texture;
 use crate::geometry::{Indices, Mesh, Placement};
 use crate::texture::{ColorTexture, ScalarTexture};
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// What is gathered from the files before anything is built.
@@ -28,60 +31,141 @@ pub(crate) struct LoadedAssets {
     /// Index in `materials` by library and name: two models may use one name for two things.
     ids: FxHashMap<(Option<usize>, String), u32>,
     pub(crate) warnings: Vec<String>,
+    /// With all of it counted from `origin`, and transforms that take the models there from where they are counted from.
+    pub(crate) description: SceneDescription,
+    /// In the coordinates of the files.
+    pub(crate) origin: DVec3,
 }
 
 impl LoadedAssets {
     /// Reads all models that the description names.
     pub(crate) fn of(description: &SceneDescription) -> Result<LoadedAssets> {
         let mut gathered = LoadedAssets::default();
+        let mut origins = Vec::with_capacity(description.meshes.len());
+        let mut known = BTreeSet::new();
         for (k, mesh) in description.meshes.iter().enumerate() {
-            gathered.add_mesh(k, mesh, description)?;
+            origins.push(gathered.add_mesh(k, mesh, description, &mut known)?);
+        }
+        gathered.warnings.extend(check_names(description, known)?);
+        (gathered.description, gathered.origin) = origin::rebase(description, &gathered.meshes, &origins);
+        gathered.warnings.extend(origin::note(gathered.origin));
+        for (mesh, place) in gathered.meshes.iter_mut().zip(&gathered.description.meshes) {
+            let to_world = place.transform.as_affine3a();
+            gathered.hashes.push(hash::mesh(mesh, to_world));
+            transform(mesh, &Placement::new(to_world));
+            check_positions(mesh, place)?;
+            // Embree reads a vertex with 16 bytes, four more than the last one has.
+            mesh.positions.reserve_exact(1);
         }
         Ok(gathered)
     }
 
-    /// Loads one model, moves it into place, and gives its materials their numbers in the scene.
-    fn add_mesh(&mut self, model: usize, place: &MeshDescription, scene: &SceneDescription) -> Result<()> {
+    /// Loads one model and gives its materials their numbers in the scene. Returns what the model is counted from. `known` are the names
+    /// of all models' materials.
+    fn add_mesh(
+        &mut self,
+        model: usize,
+        place: &MeshDescription,
+        scene: &SceneDescription,
+        known: &mut BTreeSet<String>,
+    ) -> Result<DVec3> {
         let loaded = place.source.load()?;
+        known.extend(loaded.material_names.iter().chain(loaded.materials.keys()).cloned());
+        check_replacement(place, &loaded, scene)?;
         self.warnings.extend(loaded.warnings.iter().map(ToString::to_string));
-        let numbers: Vec<u32> = loaded
+        let numbers = loaded
             .material_names
             .iter()
-            .map(|name| self.material(model, place.material.as_ref().unwrap_or(name), &loaded.materials, scene))
-            .collect();
+            .map(|name| self.material(model, place.material.as_ref().unwrap_or(name), &loaded, scene))
+            .collect::<Result<Vec<u32>>>()?;
+        for &number in &numbers {
+            self.check_vertex_colors(number, &loaded, place)?;
+        }
+        let origin = loaded.origin;
         let mut mesh = match loaded {
             Cow::Owned(model) => model.mesh,
             Cow::Borrowed(model) => model.mesh.clone(),
         };
         mesh.materials.iter_mut().for_each(|m| *m = numbers[*m as usize]);
-        self.hashes.push(hash::mesh(&mesh, place.transform));
-        transform(&mut mesh, &Placement::new(place.transform));
-        check_positions(&mesh, place)?;
-        // Embree reads a vertex with 16 bytes, four more than the last one has.
-        mesh.positions.reserve_exact(1);
         self.meshes.push(mesh);
-        Ok(())
+        Ok(origin)
     }
 
-    /// A name means what the scene file says of it, else what the model's own library says, else grey.
-    fn material(
-        &mut self,
-        model: usize,
-        name: &str,
-        library: &BTreeMap<String, MaterialDescription>,
-        scene: &SceneDescription,
-    ) -> u32 {
+    /// That a material which takes the colours of vertices finds some.
+    fn check_vertex_colors(&self, number: u32, loaded: &Model, place: &MeshDescription) -> Result<()> {
+        let (material, name) = (&self.materials[number as usize], &self.names[number as usize]);
+        let asks = |texture: Option<ColorTexture>| matches!(texture, Some(ColorTexture::Vertex(_)));
+        if loaded.mesh.colors.is_some() || !color_textures(&material.bsdf).into_iter().any(asks) {
+            return Ok(());
+        }
+        Err(place.source.error(format!("material `{name}` takes the colours of vertices, and there are none")))
+    }
+
+    /// A name means what the scene file says of it, else what the model's own library says, else grey, with the scene file's changes.
+    fn material(&mut self, model: usize, name: &str, loaded: &Model, scene: &SceneDescription) -> Result<u32> {
         let named = scene.materials.get(name);
         let owner = if named.is_some() { None } else { Some(model) };
         if let Some(&id) = self.ids.get(&(owner, name.to_string())) {
-            return id;
+            return Ok(id);
         }
-        let own = || library.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
-        self.materials.push(named.cloned().or_else(own).unwrap_or_default());
+        let own =
+            || loaded.materials.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
+        let unknown = || MaterialDescription::unknown(loaded.mesh.colors.is_some());
+        let mut material = named.cloned().or_else(own).unwrap_or_else(unknown);
+        for change in scene.material_changes.iter().filter(|change| change.name == name) {
+            material = (change.apply)(&material)?;
+        }
+        self.materials.push(material);
         self.names.push(name.to_string());
         let id = self.materials.len() as u32 - 1;
         self.ids.insert((owner, name.to_string()), id);
-        id
+        Ok(id)
+    }
+}
+
+/// That the material which replaces a model's own is described somewhere.
+fn check_replacement(place: &MeshDescription, loaded: &Model, scene: &SceneDescription) -> Result<()> {
+    let Some(name) = &place.material else { return Ok(()) };
+    if scene.materials.contains_key(name) || loaded.materials.contains_key(name) {
+        return Ok(());
+    }
+    let candidates: BTreeSet<&str> =
+        scene.materials.keys().chain(loaded.materials.keys()).map(String::as_str).collect();
+    let message = no_material(&format!("no material `{name}` is described"), name, candidates);
+    Err(match &place.material_location {
+        Some(location) => location.error(message),
+        None => place.source.error(message),
+    })
+}
+
+/// That materials which the scene file names are those of a model. Files of other programs do not say where they name them: of those it
+/// is a warning.
+fn check_names(description: &SceneDescription, mut known: BTreeSet<String>) -> Result<Vec<String>> {
+    known.extend(description.meshes.iter().filter_map(|mesh| mesh.material.clone()));
+    known.remove("");
+    let message = |name: &str| {
+        let subject = format!("no model has a material `{name}`");
+        no_material(&subject, name, known.iter().map(String::as_str).collect())
+    };
+    let missing = |name: &str| !name.is_empty() && !known.contains(name);
+    match description.named_materials.iter().find(|(name, _)| missing(name)) {
+        Some((name, place)) => Err(place.error(message(name))),
+        None => Ok(description.materials.keys().filter(|name| missing(name)).map(|name| message(name)).collect()),
+    }
+}
+
+/// Names that a message lists before it only counts them.
+const LISTED: usize = 8;
+
+fn no_material(subject: &str, name: &str, known: BTreeSet<&str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    match nearest(name, &known) {
+        Some(best) => format!("{subject}: did you mean `{best}`?"),
+        None if known.is_empty() => format!("{subject}: their faces name none"),
+        None if known.len() > LISTED => {
+            format!("{subject}: there are {}, among them {}", known.len(), list(&known[..LISTED]))
+        }
+        None => format!("{subject}: known are {}", list(&known)),
     }
 }
 

@@ -36,13 +36,14 @@ impl Build<'_> {
         let mut placed = Vec::new();
         for instance in &description.instances {
             let group = *names.get(&*instance.group).ok_or_else(|| no_group(&instance.group))?;
-            let placement = Placement::new(instance.transform);
+            let to_world = instance.transform.as_affine3a();
+            let placement = Placement::new(to_world);
             // Nothing is seen of a group without triangles.
             let Some((low, high)) = shared[group].bounds() else { continue };
             check_extent(low, high, &format!("the group `{}`", instance.group), instance.location.as_ref())?;
             let own = low.abs().max(high.abs());
             check_reach(placement.reach(own).max_element(), instance)?;
-            world.add_instance(Instance { scene: shared[group].clone(), to_world: instance.transform })?;
+            world.add_instance(Instance { scene: shared[group].clone(), to_world })?;
             instances.push(group, placement)?;
             placed.push((instance, placement, own.max_element()));
         }
@@ -50,7 +51,7 @@ impl Build<'_> {
         let (low, high) = world.bounds().ok_or_else(|| Error::Scene("the scene has no extent".into()))?;
         check_extent(low, high, "the scene", description.meshes.iter().find_map(|mesh| mesh.location.as_ref()))
             .map_err(|error| of_model(error, description))?;
-        let camera = description.camera.as_ref().map_or(Vec3::ZERO, |camera| camera.origin.abs());
+        let camera = description.camera.as_ref().map_or(Vec3::ZERO, |camera| camera.origin.as_vec3().abs());
         let largest = low.abs().max(high.abs()).max(camera).max_element();
         for (instance, placement, own) in placed {
             check_inverse(&placement, largest, own, instance)?;

@@ -53,15 +53,16 @@ impl Camera {
     /// Where the view direction or the up vector is degenerate.
     pub(crate) fn new(c: &CameraDescription, film: &FilmSettings) -> Result<Camera> {
         let degenerate = || Error::Scene("the camera's origin, target and up do not span a view".into());
-        let forward = (c.target - c.origin).try_normalize().ok_or_else(degenerate)?;
+        let (origin, target) = (c.origin.as_vec3(), c.target.as_vec3());
+        let forward = (target - origin).try_normalize().ok_or_else(degenerate)?;
         let right = forward.cross(c.up).try_normalize().ok_or_else(degenerate)?;
         let up = right.cross(forward);
         let side = if c.mirrored { -right } else { right };
         let [left, top, width, height] = film.crop.unwrap_or([0, 0, film.width, film.height]);
-        let focus = c.focus_distance.unwrap_or_else(|| (c.target - c.origin).length());
+        let focus = c.focus_distance.unwrap_or_else(|| (target - origin).length());
         let radius = c.aperture_radius;
         Ok(Camera {
-            origin: c.origin,
+            origin,
             view: View::new(c, [forward, side, up], film),
             lens: (radius > 0.0).then(|| Lens { right: right * radius, up: up * radius, focus, forward }),
             filter: film.filter,
@@ -79,7 +80,7 @@ impl Camera {
         let vfov = 40.0f32;
         let distance = radius / (0.5 * vfov).to_radians().sin();
         let origin = centre + Vec3::new(0.5, 0.35, 1.0).normalize() * distance;
-        CameraDescription { origin, target: centre, vfov, ..CameraDescription::default() }
+        CameraDescription { origin: origin.as_dvec3(), target: centre.as_dvec3(), vfov, ..CameraDescription::default() }
     }
 
     /// Number of pixel `(x, y)` in the whole film, row by row: random numbers are a pixel's own, whatever part is rendered.
@@ -194,10 +195,11 @@ fn truncated_gaussian(u: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
 
     /// At (0, 0, 5), which looks at the origin with a film of 200 × 100 pixels.
     fn described(change: impl Fn(&mut CameraDescription)) -> CameraDescription {
-        let mut c = CameraDescription { origin: Vec3::new(0.0, 0.0, 5.0), vfov: 90.0, ..CameraDescription::default() };
+        let mut c = CameraDescription { origin: DVec3::new(0.0, 0.0, 5.0), vfov: 90.0, ..CameraDescription::default() };
         change(&mut c);
         c
     }

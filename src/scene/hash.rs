@@ -27,7 +27,7 @@ const MESH: &[u8] = b"phototaxis mesh 1\0";
 
 /// Of a mesh as its file has it, its materials numbered as in the scene, and of where it is put.
 pub(super) fn mesh(mesh: &Mesh, transform: Affine3A) -> u64 {
-    let Mesh { positions, triangles, normals, uvs, materials } = mesh;
+    let Mesh { positions, triangles, normals, uvs, colors, materials } = mesh;
     let mut canon = Canon::new(MESH);
     canon.transform(transform);
     canon.array(positions);
@@ -35,6 +35,8 @@ pub(super) fn mesh(mesh: &Mesh, transform: Affine3A) -> u64 {
     canon.array(materials);
     attribute(&mut canon, normals.as_ref());
     attribute(&mut canon, uvs.as_ref());
+    // nothing where there are none, as before there were any
+    colors.iter().for_each(|colors| canon.array(colors));
     canon.finish()
 }
 
@@ -78,7 +80,7 @@ pub(super) fn content(description: &SceneDescription, content: Content) -> Resul
     canon.u64(description.instances.len() as u64);
     for instance in &description.instances {
         canon.u64(1 + number(&mut groups, &instance.group));
-        canon.transform(instance.transform);
+        canon.transform(instance.transform.as_affine3a());
     }
     canon.u64(materials.len() as u64);
     materials.iter().try_for_each(|m| CanonicalFields { canon: &mut canon, picture }.material(m))?;
@@ -124,7 +126,7 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
 fn add_camera(camera: &CameraDescription, canon: &mut Canon) {
     let CameraDescription { projection, origin, target, up, vfov, view_height, .. } = camera;
     let CameraDescription { aperture_radius, focus_distance, mirrored, .. } = camera;
-    [origin, target, up].into_iter().for_each(|v| canon.vector(*v));
+    [origin.as_vec3(), target.as_vec3(), *up].into_iter().for_each(|v| canon.vector(v));
     canon.floats([*vfov]);
     canon.flag(*mirrored);
     match projection {

@@ -67,7 +67,8 @@ impl Scene {
         watch(LoadStage::Models);
         let gathered = LoadedAssets::of(description)?;
         let names = SceneNames::of(description, &gathered);
-        let LoadedAssets { meshes, hashes, materials, mut warnings, .. } = gathered;
+        let LoadedAssets { meshes, hashes, materials, mut warnings, description, origin, .. } = gathered;
+        let description = &description;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
@@ -109,6 +110,7 @@ impl Scene {
             light_unit,
             names,
             bounds,
+            origin,
             build_seconds,
         };
         Ok((scene, warnings))

@@ -20,6 +20,8 @@ pub(crate) struct Material {
     /// Whether it is Lambertian and the same everywhere, as most of most scenes.
     plain: bool,
     maps: [Option<TextureMap>; 2],
+    /// Whether the colour is to be multiplied by that of the mesh's vertices.
+    of_vertices: [bool; 2],
     opacity: Opacity,
     emission: Rgb,
     /// Whether that is anything.
@@ -43,11 +45,12 @@ impl Material {
         cache: &mut TextureCache,
         coats: &mut CoatTables,
     ) -> Result<Material> {
-        let (mut colors, mut maps) = ([Rgb::ZERO; 2], [None; 2]);
+        let (mut colors, mut maps, mut of_vertices) = ([Rgb::ZERO; 2], [None; 2], [false; 2]);
         for (k, texture) in color_textures(&description.bsdf).into_iter().enumerate() {
             match texture {
                 None => {}
                 Some(ColorTexture::Constant(color)) => colors[k] = color,
+                Some(ColorTexture::Vertex(tint)) => (colors[k], of_vertices[k]) = (tint, true),
                 Some(ColorTexture::Image(image)) => maps[k] = Some(cache.resolve(&image)?),
             }
         }
@@ -57,14 +60,15 @@ impl Material {
             Some(ScalarTexture::Image(image)) => Opacity::Image(cache.resolve(image)?),
             Some(ScalarTexture::Luminance(image)) => Opacity::Luminance(cache.resolve(image)?),
         };
-        let (model, textured) =
-            (BsdfModel::new(&description.bsdf, description.two_sided, coats)?, maps.iter().any(Option::is_some));
+        let model = BsdfModel::new(&description.bsdf, description.two_sided, coats)?;
+        let textured = maps.iter().any(Option::is_some) || of_vertices.contains(&true);
         Ok(Material {
             plain: model.is_diffuse() && !textured,
             model,
             colors,
             textured,
             maps,
+            of_vertices,
             opacity,
             emission: description.emission,
             emits: description.emission != Rgb::ZERO,
@@ -78,15 +82,19 @@ impl Material {
         self.plain.then(|| self.model.at(self.colors))
     }
 
-    /// The BSDF at the texture coordinates `uv`.
+    /// The BSDF at the texture coordinates `uv`; `vertex_color` finds the colour of the mesh's vertices there.
     #[inline]
-    pub(crate) fn bsdf(&self, textures: &[Texture], uv: [f32; 2]) -> Bsdf<'_> {
-        self.model.at(if self.textured { self.textured_colors(textures, uv) } else { self.colors })
+    pub(crate) fn bsdf(&self, textures: &[Texture], uv: [f32; 2], vertex_color: impl Fn() -> Rgb) -> Bsdf<'_> {
+        self.model.at(if self.textured { self.textured_colors(textures, uv, vertex_color) } else { self.colors })
     }
 
     #[inline(never)]
-    fn textured_colors(&self, textures: &[Texture], uv: [f32; 2]) -> [Rgb; 2] {
-        let color = |k: usize| self.maps[k].map_or(self.colors[k], |map| map.color(textures, uv));
+    fn textured_colors(&self, textures: &[Texture], uv: [f32; 2], vertex_color: impl Fn() -> Rgb) -> [Rgb; 2] {
+        let color = |k: usize| match self.maps[k] {
+            Some(map) => map.color(textures, uv),
+            None if self.of_vertices[k] => self.colors[k] * vertex_color(),
+            None => self.colors[k],
+        };
         [color(0), color(1)]
     }
 
@@ -207,3 +215,7 @@ impl OpacityTest for CutOut {
         chance >= opacity
     }
 }
+
+#[cfg(test)]
+#[path = "vertex_color_tests.rs"]
+mod vertex_color_tests;

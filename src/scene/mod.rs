@@ -12,8 +12,9 @@ pub(crate) mod material;
 pub(crate) mod model;
 mod names;
 pub mod obj;
+mod origin;
 
-#[cfg(feature = "lab")]
+#[cfg(any(test, feature = "lab"))]
 pub(crate) use assets::LoadedAssets;
 pub use camera::Camera;
 pub(crate) use load::LoadStage;
@@ -24,7 +25,7 @@ use crate::geometry::{Hit, Mesh, Ray, SurfaceInteraction, Surfaces};
 use crate::light::{LightUnit, Lights};
 use crate::math::Rgb;
 use crate::texture::Texture;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use instances::{Instances, NO_INSTANCE};
 use material::Material;
 pub(crate) use names::SceneNames;
@@ -44,6 +45,8 @@ pub struct Scene {
     light_unit: LightUnit,
     names: SceneNames,
     bounds: (Vec3, Vec3),
+    /// What all coordinates here are counted from.
+    origin: DVec3,
     hash: u64,
     content_hash: u64,
     build_seconds: f64,
@@ -90,10 +93,20 @@ impl Scene {
         &self.materials[index as usize]
     }
 
-    /// How a surface of that material scatters, textures looked up.
+    /// How a surface of that material scatters, textures looked up; `vertex_color` finds the colour of its mesh's vertices.
     #[inline]
-    pub(crate) fn bsdf<'a>(&self, material: &'a Material, uv: [f32; 2]) -> Bsdf<'a> {
-        material.bsdf(&self.textures, uv)
+    pub(crate) fn bsdf<'a>(&self, material: &'a Material, uv: [f32; 2], vertex_color: impl Fn() -> Rgb) -> Bsdf<'a> {
+        material.bsdf(&self.textures, uv, vertex_color)
+    }
+
+    /// The colour of the mesh's vertices at a hit; white where it has none.
+    pub(crate) fn vertex_color(&self, hit: &Hit) -> Rgb {
+        self.mesh(hit).color(hit.primitive as usize, hit.u, hit.v)
+    }
+
+    #[inline(always)]
+    fn mesh(&self, hit: &Hit) -> &Mesh {
+        if hit.instance != NO_INSTANCE { self.instances.mesh(*hit) } else { &self.meshes[hit.geometry as usize] }
     }
 
     /// The unit of all light in this scene: of its lights, and of what is traced in it.
@@ -111,9 +124,7 @@ impl Scene {
     /// Whether the surface of a hit emits to any side.
     #[inline(always)]
     pub(crate) fn emits(&self, hit: Hit) -> bool {
-        let instanced = hit.instance != NO_INSTANCE;
-        let mesh = if instanced { self.instances.mesh(hit) } else { &*self.meshes[hit.geometry as usize] };
-        self.materials[mesh.materials[hit.primitive as usize] as usize].emits()
+        self.materials[self.mesh(&hit).materials[hit.primitive as usize] as usize].emits()
     }
 
     /// Density per steradian with which next-event estimation at the ray's origin would draw the ray.
@@ -132,6 +143,11 @@ impl Scene {
     /// Corners of the box around all surfaces.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         self.bounds
+    }
+
+    /// Where 0 of all coordinates here is in those of the scene's files: 0, unless the scene is far from that for its size.
+    pub(crate) fn origin(&self) -> DVec3 {
+        self.origin
     }
 
     /// The meshes that stand by themselves; mesh k is geometry k of [`Self::geometry`].

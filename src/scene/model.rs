@@ -6,7 +6,7 @@ use crate::embree::LARGEST_COORDINATE;
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{ABSENT, Attribute, Indices};
 use crate::{Error, Result};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -16,8 +16,10 @@ use std::sync::Arc;
 /// A mesh with what its own source says of its materials.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
-    /// In the model's own space. `materials[t]` indexes [`Model::material_names`].
+    /// In the model's own space, counted from `origin`. `materials[t]` indexes [`Model::material_names`].
     pub mesh: Mesh,
+    /// 0, unless the model is far from that for its size.
+    pub(crate) origin: DVec3,
     /// In the order in which triangles first have them.
     pub(crate) material_names: Vec<String>,
     /// By name. A scene file may say something else of a name; a name that neither describes is grey.
@@ -115,7 +117,7 @@ fn reader(path: &Path) -> Result<Read> {
 
 /// What is wrong with a model, if anything is.
 fn check(model: &Model) -> Result<(), String> {
-    let Mesh { positions, triangles, normals, uvs, materials } = &model.mesh;
+    let Mesh { positions, triangles, normals, uvs, colors, materials } = &model.mesh;
     if positions.len() > u32::MAX as usize || triangles.len() > u32::MAX as usize {
         return Err(format!("more than {} vertices or triangles", u32::MAX));
     }
@@ -130,6 +132,12 @@ fn check(model: &Model) -> Result<(), String> {
     }
     if materials.iter().any(|&m| m as usize >= model.material_names.len()) {
         return Err("a triangle has a material that is not there".into());
+    }
+    if colors.as_ref().is_some_and(|colors| colors.len() != positions.len()) {
+        return Err("not as many colours as vertices".into());
+    }
+    if !colors.iter().flatten().flatten().all(|x| (0.0..=1.0).contains(x)) {
+        return Err("a colour is not between 0 and 1".into());
     }
     check_attribute("normals", normals.as_ref(), &model.mesh)?;
     let mut directions = normals.iter().flat_map(|normals| &normals.values);

@@ -3,11 +3,13 @@
 use crate::math::Rgb;
 use std::path::PathBuf;
 
-/// A colour, constant or from a picture.
+/// A colour: constant, from a picture or from the mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ColorTexture {
     Constant(Rgb),
     Image(ImageTexture),
+    /// The colours of the mesh's vertices, times this.
+    Vertex(Rgb),
 }
 
 impl ColorTexture {

@@ -195,7 +195,9 @@ fn an_emitter_that_is_seen_shows_its_radiance_to_the_last_bit() {
 #[test]
 fn a_single_triangle_is_a_scene() {
     let triangle = "v -1 0 -1\nv 0 0 1\nv 1 0 -1\nf 1 2 3\n";
-    let scene = ABOVE.replace("vfov = 1\n", "vfov = 40\n") + "[[light]]\ntype = \"constant\"\nradiance = 2\n";
+    let floor = "[material.floor]\ntype = \"diffuse\"\nreflectance = [0.25, 0.5, 0.75]\n";
+    let scene = ABOVE.replace("vfov = 1\n", "vfov = 40\n").replace(floor, "")
+        + "[[light]]\ntype = \"constant\"\nradiance = 2\n";
     let loaded = load_written(&[("scene.toml", &scene), ("plane.obj", triangle)], &[]);
     for picture in all_ways(&loaded) {
         // the triangle, grey of albedo one half, under a sky of radiance 2; beside its lower corner the sky itself

@@ -5,7 +5,7 @@ use crate::format::load;
 use crate::light::{ConstantLight, EnvironmentLight, LightDescription};
 use crate::scene::description::*;
 use crate::texture::ColorTexture;
-use glam::Vec3;
+use glam::DVec3;
 use proptest::prelude::*;
 use std::path::PathBuf;
 
@@ -38,7 +38,7 @@ fn camera_and_lights_are_read() {
     let (scene, warnings) = small("", "").unwrap();
     assert_eq!(scene.meshes[0].source.path(), Some(Path::new("dir/scene.obj")));
     let camera = scene.camera.unwrap();
-    assert_eq!((camera.target, camera.vfov), (Vec3::new(0.0, 1.0, 4.0), 30.0));
+    assert_eq!((camera.target, camera.vfov), (DVec3::new(0.0, 1.0, 4.0), 30.0));
     assert!(camera.mirrored);
     assert_eq!((scene.film.width, scene.film.height, scene.film.filter), (64, 32, Filter::Box));
     let LightDescription::Environment(EnvironmentLight { path, .. }) = &scene.lights[0] else { panic!() };

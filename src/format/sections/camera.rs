@@ -10,9 +10,9 @@ pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescri
     let mut c = camera.clone().unwrap_or_default();
     let new = camera.is_none();
     let placed = |k: Key| if new { k.required() } else { k };
-    t.vector(placed(key("origin", "where the eye is").unit("length")), COORDINATE, &mut c.origin)?;
+    t.point(placed(key("origin", "where the eye is").unit("length")), COORDINATE, &mut c.origin)?;
     let target = key("target", "what is in the middle of the picture; other than `origin`").unit("length");
-    t.vector(placed(target), COORDINATE, &mut c.target)?;
+    t.point(placed(target), COORDINATE, &mut c.target)?;
     let up = "what is up in the picture; not zero, and not along the view";
     t.vector(key("up", up), COORDINATE, &mut c.up)?;
     projection(t, &mut c)?;
@@ -58,7 +58,7 @@ pub(in crate::format) fn needs(t: &Reader, keys: &[&str]) -> Result<(), Fault> {
 
 /// That the three vectors span a frame.
 pub(in crate::format) fn check_camera(t: &Reader, c: &CameraDescription) -> Result<(), Fault> {
-    let view = c.target.as_dvec3() - c.origin.as_dvec3();
+    let view = c.target - c.origin;
     if view.length() == 0.0 {
         let at = t.place(&["target", "origin"]);
         return Err(Fault::new(at, "`target` must differ from `origin`"));

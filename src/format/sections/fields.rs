@@ -6,7 +6,7 @@ use crate::document::{Bounds, COORDINATE, FINITE, Fault, Key, Reader};
 use crate::fields::{Choice, FieldVisitor};
 use crate::math::Rgb;
 use crate::texture::ColorTexture;
-use glam::{Affine3A, DMat3, Vec3, Vec3A};
+use glam::{Affine3A, DMat3, DVec3, Vec3, Vec3A};
 use std::path::{Path, PathBuf};
 
 /// Reads fields over what is in their slots. Paths are relative to the folder `base`.
@@ -55,8 +55,8 @@ impl FieldVisitor for KeyReader<'_> {
         Ok(())
     }
 
-    fn position(&mut self, key: Key, slot: &mut Vec3) -> Result<(), Fault> {
-        self.table.vector(key, COORDINATE, slot)
+    fn position(&mut self, key: Key, slot: &mut DVec3) -> Result<(), Fault> {
+        self.table.point(key, COORDINATE, slot)
     }
 
     fn direction(&mut self, key: Key, slot: &mut Vec3) -> Result<(), Fault> {
@@ -81,7 +81,7 @@ impl FieldVisitor for KeyReader<'_> {
         if t.has(angle.name) {
             return Err(Fault::new(node.at, format!("`{}` and `{}` exclude each other", matrix.name, angle.name)));
         }
-        *slot = affine(&node, matrix.name)?;
+        *slot = affine(&node, matrix.name)?.as_affine3a();
         slot.translation = Vec3A::ZERO;
         if !keeps_lengths(slot) {
             let message = format!("`{}` must be a rotation, with or without a reflection", matrix.name);

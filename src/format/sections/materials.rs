@@ -2,28 +2,73 @@
 
 use super::scattering::{KINDS, Kind, kinds_with};
 use super::textures::scalar;
-use crate::document::suggest::{list, nearest};
-use crate::document::{At, Entry, Fault, Key, NOT_NEGATIVE, Node, Reader, key};
-use crate::scene::description::MaterialDescription;
-use std::collections::BTreeMap;
+use crate::document::suggest::list;
+use crate::document::{Entry, Fault, Key, NOT_NEGATIVE, Node, Reader, Source, Value, key};
+use crate::scene::description::{MaterialChange, MaterialDescription, SceneDescription};
 use std::path::Path;
+use std::sync::Arc;
 
-/// Reads `[material]`: new materials, and changes to those that are in `materials` already.
-pub(in crate::format) fn materials(
-    node: Node,
-    base: &Path,
-    materials: &mut BTreeMap<String, MaterialDescription>,
-) -> Result<(), Fault> {
+/// Reads `[material]`: new materials, and changes to those that are there already or that models will bring.
+pub(in crate::format) fn materials(node: Node, source: &Source, scene: &mut SceneDescription) -> Result<(), Fault> {
     for (name, entry) in Reader::new("[material]", node)?.into_entries() {
         let Entry { key, node } = entry;
-        let mut t = Reader::new(format!("[material.{name}]"), node)?;
-        let read = material(&mut t, materials.get(&name), base)?;
-        let (kind, read) = read.ok_or_else(|| without_type(&t, &name, key, materials))?;
-        refuse_keys_of_others(&t, kind)?;
-        t.finish()?;
-        materials.insert(name, read);
+        scene.named_materials.push((name.clone(), source.place(key)));
+        let current = scene.materials.get(&name);
+        let t = Reader::new(label(&name), node.clone())?;
+        if current.is_none() && t.left_over().iter().all(|(key, _)| *key != "type") {
+            scene.material_changes.push(change(name, node, source));
+            continue;
+        }
+        if let Some(read) = whole(t, current, source.folder())? {
+            scene.material_changes.retain(|change| change.name != name);
+            scene.materials.insert(name, read);
+        }
     }
     Ok(())
+}
+
+fn label(name: &str) -> String {
+    format!("[material.{name}]")
+}
+
+/// A material whose keys are all read.
+fn whole(
+    mut t: Reader,
+    current: Option<&MaterialDescription>,
+    base: &Path,
+) -> Result<Option<MaterialDescription>, Fault> {
+    let Some((kind, read)) = material(&mut t, current, base)? else { return Ok(None) };
+    refuse_keys_of_others(&t, kind)?;
+    t.finish()?;
+    Ok(Some(read))
+}
+
+/// A change to what a model's own library says of a material.
+fn change(name: String, node: Node, source: &Source) -> MaterialChange {
+    let (label, owned) = (label(&name), source.to_owned());
+    let apply = move |current: &MaterialDescription| {
+        let (node, source) = (with_base_color(node.clone(), current.bsdf.bsdf_type()), owned.borrow());
+        let read = Reader::new(&*label, node).and_then(|t| whole(t, Some(current), source.folder()));
+        read.map(|changed| changed.unwrap_or_else(|| current.clone())).map_err(|fault| source.error(fault))
+    };
+    MaterialChange { name, apply: Arc::new(apply) }
+}
+
+/// Nobody who changes the colour of a library's material knows of which type it is understood to be: `reflectance` is the colour
+/// of metals, too.
+fn with_base_color(mut node: Node, kind: Kind) -> Node {
+    let base_color = match kind {
+        Kind::Principled => "base_color",
+        Kind::Conductor | Kind::Mirror => "specular_reflectance",
+        _ => return node,
+    };
+    if let Value::Table(entries) = &mut node.value
+        && !entries.contains_key(base_color)
+        && let Some(entry) = entries.remove("reflectance")
+    {
+        entries.insert(base_color.to_string(), entry);
+    }
+    node
 }
 
 /// A material's keys, up to `finish`. `None`: there is neither a `type` nor a `current` material to change.
@@ -44,9 +89,11 @@ pub(in crate::format) fn material(
     Ok(Some((kind, m)))
 }
 
-/// `type`, which must be there for a material that is new.
+/// `type`, which must be there for a material that no model brings.
 pub(in crate::format) fn chosen_type(t: &mut Reader) -> Result<Option<Kind>, Fault> {
-    let key = Key { default: Some("required"), ..key("type", "how it scatters: one of the types below") };
+    let meaning =
+        "how it scatters: one of the types below; without it, the keys change what the model's own library says";
+    let key = Key { default: Some("none"), ..key("type", meaning) };
     t.chosen(key, KINDS)
 }
 
@@ -82,14 +129,4 @@ fn refuse_keys_of_others(t: &Reader, kind: Kind) -> Result<(), Fault> {
         }
     }
     Ok(())
-}
-
-fn without_type(t: &Reader, name: &str, key: At, known: &BTreeMap<String, MaterialDescription>) -> Fault {
-    let At::Set(_) = key else { return t.missing("type") };
-    let names: Vec<&str> = known.keys().map(String::as_str).collect();
-    let hint = match nearest(name, &names) {
-        Some(best) => format!("did you mean `{best}`?"),
-        None => format!("set `material.{name}.type` too"),
-    };
-    Fault::new(key, format!("the scene file describes no material `{name}`: {hint}"))
 }

@@ -10,16 +10,15 @@ pub(super) mod textures;
 pub(super) mod world;
 
 use super::SceneFile;
-use crate::document::{Fault, Reader};
+use crate::document::{Fault, Reader, Source};
 use camera::section;
-use std::path::Path;
 
 /// The sections that overrides can reach.
-pub(super) fn read(root: &mut Reader, base: &Path, file: &mut SceneFile) -> Result<(), Fault> {
+pub(super) fn read(root: &mut Reader, source: &Source, file: &mut SceneFile) -> Result<(), Fault> {
     section(root, "camera", |t| camera::camera(t, &mut file.scene.camera))?;
     section(root, "film", |t| file.scene.film.read(t))?;
     section(root, "integrator", |t| file.integrator.read(t))?;
     section(root, "guiding", |t| guiding::guiding(t, &mut file.guiding))?;
     section(root, "render", |t| file.render.read(t))?;
-    root.take("material").map_or(Ok(()), |n| materials::materials(n, base, &mut file.scene.materials))
+    root.take("material").map_or(Ok(()), |n| materials::materials(n, source, &mut file.scene))
 }

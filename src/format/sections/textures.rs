@@ -5,7 +5,7 @@ use crate::math::Rgb;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 use std::path::Path;
 
-/// A reflectance: a grey number, `[r, g, b]` or `{ texture = … }`, each channel in [0, 1].
+/// A reflectance: a grey number, `[r, g, b]`, `{ texture = … }` or `{ vertex_color = true }`, each channel in [0, 1].
 pub(in crate::format) fn color(
     t: &mut Reader,
     key: impl Into<Key>,
@@ -19,9 +19,18 @@ pub(in crate::format) fn color(
         Value::Table(_) => {
             let current = match slot {
                 ColorTexture::Image(image) => Some(image.clone()),
-                ColorTexture::Constant(_) => None,
+                _ => None,
+            };
+            let written = |key: &str| matches!(&node.value, Value::Table(entries) if entries.contains_key(key));
+            let tint = match slot {
+                ColorTexture::Vertex(tint) if !written("texture") => Some(*tint),
+                _ => written("vertex_color").then_some(Rgb::ONE),
             };
             let mut t = Reader::new(texture_label(t, name), node)?;
+            if let Some(tint) = tint {
+                *slot = vertex_color(&mut t, tint)?;
+                return t.finish();
+            }
             ColorTexture::Image(color_image(&mut t, current, base).and_then(|i| finish(t, i))?)
         }
         Value::String(_) => {
@@ -32,12 +41,29 @@ pub(in crate::format) fn color(
     Ok(())
 }
 
+/// The colours of the mesh's vertices, times `tint`.
+fn vertex_color(t: &mut Reader, mut tint: Rgb) -> Result<ColorTexture, Fault> {
+    let mut on = true;
+    t.flag(VERTEX_COLOR, &mut on)?;
+    if !on {
+        return Err(Fault::new(t.place(&[VERTEX_COLOR.name]), "`vertex_color` is true, or left out"));
+    }
+    t.color(key("tint", ""), UNIT, &mut tint)?;
+    Ok(ColorTexture::Vertex(tint))
+}
+
+/// What stands in the place of `texture`.
+pub(in crate::format) const VERTEX_COLOR: Key = Key {
+    default: Some("none"),
+    ..key("vertex_color", "`true`: the colours of the mesh's vertices, in the place of a picture; not for `opacity`")
+};
+
 /// A constant colour as one would write it.
 fn shown(texture: &ColorTexture) -> String {
     match texture {
         ColorTexture::Constant(c) if c.x == c.y && c.y == c.z => c.x.to_string(),
         ColorTexture::Constant(c) => format!("[{}, {}, {}]", c.x, c.y, c.z),
-        ColorTexture::Image(_) => String::new(),
+        ColorTexture::Image(_) | ColorTexture::Vertex(_) => String::new(),
     }
 }
 
@@ -111,7 +137,7 @@ pub(in crate::format) fn color_image(
     base: &Path,
 ) -> Result<ImageTexture, Fault> {
     let mut image = image(t, current, base)?;
-    t.color(key("tint", "multiplies the picture; not for `opacity`"), UNIT, &mut image.tint)?;
+    t.color(key("tint", "multiplies the picture, or the vertices' colours; not for `opacity`"), UNIT, &mut image.tint)?;
     Ok(image)
 }
 

@@ -7,7 +7,7 @@ use crate::fields::Fields;
 use crate::light::{LightDescription, LightType};
 use crate::scene::description::{InstanceDescription, MeshDescription};
 use crate::scene::model::MeshSource;
-use glam::{Affine3A, DVec3, Mat3A, Quat, Vec3, Vec3A};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -20,7 +20,8 @@ pub(in crate::format) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescrip
     let meaning = "makes the mesh part of this group: it is seen only where an `[[instance]]` of the group stands, and the \
                    keys above place it within the group";
     let group = t.string(key("group", meaning).optional())?;
-    Ok(MeshDescription { source: MeshSource::File(path), transform, material, group, location: None })
+    let source = MeshSource::File(path);
+    Ok(MeshDescription { source, transform, material, material_location: None, group, location: None })
 }
 
 /// `meshes`: all of the scene, whose groups are the ones there are.
@@ -42,7 +43,7 @@ pub(in crate::format) fn instance(t: &mut Reader, meshes: &[MeshDescription]) ->
 }
 
 /// `matrix`, or `scale`, `rotate` and `translate`.
-fn transform(t: &mut Reader) -> Result<Affine3A, Fault> {
+fn transform(t: &mut Reader) -> Result<DAffine3, Fault> {
     let steps = steps(t)?;
     let meaning =
         "row by row, for column vectors; the last row, 0, 0, 0, 1, may be left out; excludes the three before";
@@ -61,14 +62,19 @@ fn transform(t: &mut Reader) -> Result<Affine3A, Fault> {
     Ok(transform)
 }
 
+/// Where a table that was read says its material.
+pub(in crate::format) fn material_at(t: &Reader) -> At {
+    t.place(&["material"])
+}
+
 /// Where a table that was read says its transform, as far as it does.
 pub(in crate::format) fn transform_at(t: &Reader) -> At {
     t.place(&["matrix", "scale", "translate", "rotate"])
 }
 
 /// Scale, then rotate, then translate.
-fn steps(t: &mut Reader) -> Result<Affine3A, Fault> {
-    let (mut translate, mut rotate, mut scale) = (Vec3::ZERO, Quat::IDENTITY, Vec3::ONE);
+fn steps(t: &mut Reader) -> Result<DAffine3, Fault> {
+    let (mut translate, mut rotate, mut scale) = (DVec3::ZERO, DQuat::IDENTITY, DVec3::ONE);
     let stretch =
         key("scale", "comes first; a negative one mirrors, and normals and the side that emits keep their meaning");
     t.factors(stretch, SCALE, &mut scale)?;
@@ -79,57 +85,56 @@ fn steps(t: &mut Reader) -> Result<Affine3A, Fault> {
         rotate = rotation(&mut r)?;
         r.finish()?;
     }
-    t.vector(key("translate", "comes last").unit("length"), COORDINATE, &mut translate)?;
-    Ok(Affine3A::from_scale_rotation_translation(scale, rotate, translate))
+    t.point(key("translate", "comes last").unit("length"), COORDINATE, &mut translate)?;
+    Ok(DAffine3::from_scale_rotation_translation(scale, rotate, translate))
 }
 
 /// Degrees, counter-clockwise when the axis points at the viewer.
-pub(in crate::format) fn rotation(t: &mut Reader) -> Result<Quat, Fault> {
-    let (mut axis, mut angle) = (Vec3::Y, 0.0);
-    t.vector(key("axis", "about which it turns; not zero").required(), COORDINATE, &mut axis)?;
+pub(in crate::format) fn rotation(t: &mut Reader) -> Result<DQuat, Fault> {
+    let (mut axis, mut angle) = (DVec3::Y, 0.0);
+    t.point(key("axis", "about which it turns; not zero").required(), COORDINATE, &mut axis)?;
     let meaning = "counter-clockwise when the axis points at the viewer";
-    t.number(key("angle", meaning).unit("degrees").required(), FINITE, &mut angle)?;
-    Ok(Quat::from_axis_angle(unit(t, "axis", axis)?, angle.to_radians()))
+    t.double(key("angle", meaning).unit("degrees").required(), FINITE, &mut angle)?;
+    let axis = axis.try_normalize().ok_or_else(|| zero(t, "axis"))?;
+    Ok(DQuat::from_axis_angle(axis, angle.to_radians()))
 }
 
 /// The unit vector along `v`, which was read from `key`.
 pub(super) fn unit(t: &Reader, key: &str, v: Vec3) -> Result<Vec3, Fault> {
-    let zero = || Fault::new(t.place(&[key]), format!("`{key}` must not be zero"));
-    v.as_dvec3().try_normalize().map(|v| v.as_vec3()).ok_or_else(zero)
+    v.as_dvec3().try_normalize().map(|v| v.as_vec3()).ok_or_else(|| zero(t, key))
+}
+
+fn zero(t: &Reader, key: &str) -> Fault {
+    Fault::new(t.place(&[key]), format!("`{key}` must not be zero"))
 }
 
 /// 16 numbers row by row, flat or as four rows; the last row is 0 0 0 1 and may be left out.
-pub(super) fn affine(node: &Node, key: &str) -> Result<Affine3A, Fault> {
+pub(super) fn affine(node: &Node, key: &str) -> Result<DAffine3, Fault> {
     let mut m = [0.0; 16];
     m[15] = 1.0;
     match &node.value {
         Value::Array(rows) if matches!(rows.len(), 3 | 4) => {
             for (to, row) in m.chunks_exact_mut(4).zip(rows) {
-                to.copy_from_slice(&row.numbers::<4>(key, COORDINATE)?);
+                to.copy_from_slice(&row.doubles::<4>(key, COORDINATE)?);
             }
         }
         Value::Array(numbers) if numbers.len() == 12 => {
-            m[..12].copy_from_slice(&node.numbers::<12>(key, COORDINATE)?);
+            m[..12].copy_from_slice(&node.doubles::<12>(key, COORDINATE)?);
         }
-        _ => m = node.numbers::<16>(key, COORDINATE)?,
+        _ => m = node.doubles::<16>(key, COORDINATE)?,
     }
     if m[12..] != [0.0, 0.0, 0.0, 1.0] {
         let message = format!("the last row of `{key}` must be 0, 0, 0, 1");
         return Err(Fault::new(node.at, message));
     }
-    let column = |i: usize| Vec3A::new(m[i], m[4 + i], m[8 + i]);
-    let linear = Mat3A::from_cols(column(0), column(1), column(2));
-    Ok(Affine3A { matrix3: linear, translation: column(3) })
-}
-
-fn columns(transform: &Affine3A) -> [DVec3; 3] {
-    let m = transform.matrix3;
-    [m.x_axis, m.y_axis, m.z_axis].map(|c| Vec3::from(c).as_dvec3())
+    let column = |i: usize| DVec3::new(m[i], m[4 + i], m[8 + i]);
+    let linear = DMat3::from_cols(column(0), column(1), column(2));
+    Ok(DAffine3 { matrix3: linear, translation: column(3) })
 }
 
 /// That the transform does not flatten what it moves: normals need its inverse.
-fn check_regular(t: &Reader, transform: &Affine3A) -> Result<(), Fault> {
-    let [x, y, z] = columns(transform);
+fn check_regular(t: &Reader, transform: &DAffine3) -> Result<(), Fault> {
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = transform.matrix3.as_mat3().as_dmat3();
     let volume = x.cross(y).dot(z).abs();
     let longest = x.length() * y.length() * z.length();
     // Relative to a box with these edges; less than this is lost in `f32`.

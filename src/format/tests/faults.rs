@@ -189,7 +189,6 @@ fn contradictions_are_refused() {
             "[[mesh]]\npath = 'a'\nmatrix = [[1,0,0,0], [0,1,0,0]]",
             "3:10: `matrix` must be an array of 16 numbers, found 2",
         ),
-        ("[material.A]\nreflectance = 1", "1:1: [material.A] needs `type`"),
         ("[material.A]\ntype = 'conductor'\neta = 1", "3:7: `eta` and `k` go together, but only one is given"),
         (
             "[material.A]\ntype = 'diffuse_transmitter'\nreflectance = 0.8",

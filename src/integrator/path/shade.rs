@@ -108,7 +108,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             // two calls, so that what is plain is never put down in memory between
             match material.plain() {
                 Some(bsdf) => packet.bsdfs.set(k, &bsdf),
-                None => packet.bsdfs.set(k, &scene.bsdf(material, packet.surfaces.uv(k))),
+                None => packet.bsdfs.set(k, &scene.bsdf(material, packet.surfaces.uv(k), || packet.surfaces.color(k))),
             }
         }
     }
@@ -127,7 +127,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     #[inline(never)]
     fn keep_features(&mut self, packet: &Packet, k: usize) {
         let (scene, i, surfaces) = (self.integrator.scene, packet.ray(k), &packet.surfaces);
-        let bsdf = scene.bsdf(scene.material(surfaces.material(k)), surfaces.uv(k));
+        let bsdf = scene.bsdf(scene.material(surfaces.material(k)), surfaces.uv(k), || surfaces.color(k));
         let (ray, si) = (self.batch.wave.rays.ray(i), surfaces.get(k));
         self.batch.features[self.batch.wave.paths.slot(i) as usize] = Aovs {
             albedo: bsdf.albedo(surfaces.wo_local(k)),

@@ -7,7 +7,7 @@ use crate::fields::{Choice, FieldVisitor, Fields};
 use crate::math::Rgb;
 use crate::scene::description::MaterialDescription;
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 use std::path::{Path, PathBuf};
 
 /// Writes fields. Their keys and domains have no part in the hash.
@@ -80,6 +80,11 @@ impl FieldVisitor for CanonicalFields<'_> {
                 Ok(())
             }
             ColorTexture::Image(image) => self.image(2, image),
+            ColorTexture::Vertex(tint) => {
+                self.canon.u32(4);
+                self.canon.vector(*tint);
+                Ok(())
+            }
         }
     }
 
@@ -89,8 +94,8 @@ impl FieldVisitor for CanonicalFields<'_> {
         Ok(())
     }
 
-    fn position(&mut self, _: Key, slot: &mut Vec3) -> Result<()> {
-        self.canon.vector(*slot);
+    fn position(&mut self, _: Key, slot: &mut DVec3) -> Result<()> {
+        self.canon.vector(slot.as_vec3());
         Ok(())
     }
 

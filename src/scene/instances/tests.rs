@@ -113,7 +113,9 @@ fn hits_on_instances_are_those_on_copies() {
         assert!((a.p - b.p).length() < 1e-5 * scale, "{} against {}", a.p, b.p);
         assert!(a.ng.dot(b.ng) > 0.9999 && a.frame.n.dot(b.frame.n) > 0.999, "{:?} {:?}", a, b);
         assert_eq!((a.front, one.emission(&a)), (b.front, other.emission(&b)));
-        let albedo = |s: &Scene, si: &SurfaceInteraction| s.bsdf(s.material(si.material), si.uv).albedo(Vec3::Z);
+        let albedo = |s: &Scene, si: &SurfaceInteraction| {
+            s.bsdf(s.material(si.material), si.uv, || crate::math::Rgb::ONE).albedo(Vec3::Z)
+        };
         assert_eq!(albedo(&one, &a), albedo(&other, &b));
         let (pa, pb) = (one.emitter_pdf(&ha, &a, &ray), other.emitter_pdf(&hb, &b, &ray));
         assert!((pa - pb).abs() <= 2e-3 * pb, "{pa} against {pb}");

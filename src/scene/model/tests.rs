@@ -58,6 +58,7 @@ fn meshes_in_memory_that_contradict_themselves_are_refused() {
             triangles: vec![[0, 1, 2]],
             normals: own([ABSENT; 3]),
             uvs: Some(Attribute { values: vec![[0.0; 2]; 3], indices: Indices::OfPositions }),
+            colors: Some(vec![[0.5; 3]; 3]),
             materials: vec![0],
         },
         material_names: vec!["grey".into()],
@@ -65,7 +66,9 @@ fn meshes_in_memory_that_contradict_themselves_are_refused() {
     };
     let loaded = |model: Model| MeshSource::Memory(Arc::new(model)).load().map(drop);
     assert!(loaded(good.clone()).is_ok());
-    let faults: [(&str, Change); 8] = [
+    let faults: [(&str, Change); 10] = [
+        ("colours", |m| drop(m.mesh.colors.as_mut().unwrap().pop())),
+        ("colour", |m| m.mesh.colors.as_mut().unwrap()[1][0] = 1.5),
         ("coordinate", |m| m.mesh.positions[1][2] = f32::NAN),
         ("vertex", |m| m.mesh.triangles[0][1] = 3),
         ("materials for 2", |m| m.mesh.materials.push(0)),

@@ -1,9 +1,11 @@
 //! Second pass: positions, texture coordinates and normals, straight into their places.
 
+use super::colors::Colors;
 use super::lines::{self, Fields, Lines};
 use super::scan::Counts;
 use super::source::Fault;
 use crate::embree::LARGEST_COORDINATE;
+use glam::DVec3;
 use std::mem::take;
 
 /// The parts of the mesh's arrays that a block fills.
@@ -42,9 +44,10 @@ impl BrokenValues {
     }
 }
 
-/// Reads the `v`, `vt` and `vn` statements of a block. Indices of broken values count from the block's first.
-pub(super) fn read(mut slots: Slots, text: &[u8]) -> Result<BrokenValues, Fault> {
-    let mut broken = BrokenValues::default();
+/// Reads the `v`, `vt` and `vn` statements of a block, and the colours behind positions. Indices of broken values count from the
+/// block's first.
+pub(super) fn read(mut slots: Slots, text: &[u8]) -> Result<(BrokenValues, Colors), Fault> {
+    let (mut broken, mut colors) = (BrokenValues::default(), Colors::default());
     let mut done = [0u32; 3];
     for (at, line) in Lines::new(text) {
         let (keyword, _) = lines::keyword(line);
@@ -52,7 +55,10 @@ pub(super) fn read(mut slots: Slots, text: &[u8]) -> Result<BrokenValues, Fault>
         let located = |fault: Fault| fault.shifted(at as u64);
         match keyword {
             b"v" => {
-                let value = fields.numbers("a vertex").map_err(located)?;
+                let value = fields.first_numbers("a vertex").map_err(located)?;
+                if !fields.rest().is_empty() {
+                    colors.read(done[0] as usize, &mut fields).map_err(located)?;
+                }
                 let usable = value.iter().all(|x| x.abs() <= LARGEST_COORDINATE);
                 note(&mut broken.positions, usable, &mut done[0], at);
                 store(&mut slots.positions, value, at)?;
@@ -72,7 +78,19 @@ pub(super) fn read(mut slots: Slots, text: &[u8]) -> Result<BrokenValues, Fault>
         }
     }
     let rest = slots.positions.len() + slots.uvs.len() + slots.normals.len();
-    if rest == 0 { Ok(broken) } else { Err(changed(text.len())) }
+    if rest == 0 { Ok((broken, colors)) } else { Err(changed(text.len())) }
+}
+
+/// Reads the positions of a block again, as they are written, less `origin`, and only then rounds them.
+pub(super) fn read_positions(mut slots: &mut [[f32; 3]], text: &[u8], origin: DVec3) -> Result<(), Fault> {
+    for (at, line) in Lines::new(text) {
+        if let (b"v", _) = lines::keyword(line) {
+            let mut fields = Fields::new(line, 1);
+            let written = fields.doubles("a vertex").map_err(|fault| fault.shifted(at as u64))?;
+            store(&mut slots, (DVec3::from(written) - origin).as_vec3().to_array(), at)?;
+        }
+    }
+    if slots.is_empty() { Ok(()) } else { Err(changed(text.len())) }
 }
 
 #[inline]

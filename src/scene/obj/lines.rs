@@ -114,6 +114,12 @@ pub(super) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// `f32` or `f64`.
+trait Float: fast_float2::FastFloat + From<f32> {}
+
+impl Float for f32 {}
+impl Float for f64 {}
+
 /// Reads a statement's arguments one by one. A `#` ends them.
 pub(super) struct Fields<'a> {
     line: &'a [u8],
@@ -142,11 +148,16 @@ impl<'a> Fields<'a> {
     /// The next number, correctly rounded; `None` where there are no more arguments. May be infinite or not a number.
     #[inline]
     pub(crate) fn number(&mut self) -> Result<Option<f32>, Fault> {
+        self.float()
+    }
+
+    #[inline]
+    fn float<T: Float>(&mut self) -> Result<Option<T>, Fault> {
         let rest = self.rest();
         if rest.is_empty() {
             return Ok(None);
         }
-        if let Ok((value, length)) = fast_float2::parse_partial::<f32, _>(rest)
+        if let Ok((value, length)) = fast_float2::parse_partial::<T, _>(rest)
             && rest.get(length).is_none_or(|&b| is_blank(b))
         {
             self.at += length;
@@ -157,16 +168,16 @@ impl<'a> Fields<'a> {
 
     /// Numbers that a comment follows without a blank, and what Microsoft's C library prints for infinities and NaN.
     #[cold]
-    fn odd_number(&mut self, rest: &[u8]) -> Result<f32, Fault> {
+    fn odd_number<T: Float>(&mut self, rest: &[u8]) -> Result<T, Fault> {
         let token = &rest[..token_length(rest)];
         if let Some(tail) = memchr::memmem::find(token, b"1.#")
             && [&b"INF"[..], b"IND", b"QNAN", b"SNAN"].iter().any(|k| token[tail + 3..].starts_with(k))
         {
             self.at += token.len();
-            return Ok(f32::NAN);
+            return Ok(f32::NAN.into());
         }
         let number = &token[..memchr::memchr(b'#', token).unwrap_or(token.len())];
-        let value = fast_float2::parse::<f32, _>(number)
+        let value = fast_float2::parse::<T, _>(number)
             .map_err(|_| Fault::new(self.at, format!("`{}` is not a number", excerpt(token))))?;
         self.at += number.len();
         Ok(value)
@@ -175,12 +186,29 @@ impl<'a> Fields<'a> {
     /// At least `N` numbers; more of them are read and dropped.
     #[inline]
     pub(crate) fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f32; N], Fault> {
-        let mut values = [0.0; N];
+        let values = self.first_numbers(what)?;
+        while self.number()?.is_some() {}
+        Ok(values)
+    }
+
+    /// `N` numbers, whatever comes after them.
+    #[inline]
+    pub(crate) fn first_numbers<const N: usize>(&mut self, what: &str) -> Result<[f32; N], Fault> {
+        self.floats(what)
+    }
+
+    /// The same without rounding to single precision.
+    pub(crate) fn doubles<const N: usize>(&mut self, what: &str) -> Result<[f64; N], Fault> {
+        self.floats(what)
+    }
+
+    #[inline]
+    fn floats<T: Float, const N: usize>(&mut self, what: &str) -> Result<[T; N], Fault> {
+        let mut values = [T::from(0.0); N];
         for (i, value) in values.iter_mut().enumerate() {
             *value =
-                self.number()?.ok_or_else(|| Fault::new(self.at, format!("{what} needs {N} numbers, here are {i}")))?;
+                self.float()?.ok_or_else(|| Fault::new(self.at, format!("{what} needs {N} numbers, here are {i}")))?;
         }
-        while self.number()?.is_some() {}
         Ok(values)
     }
 }

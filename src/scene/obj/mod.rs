@@ -4,10 +4,11 @@
 //! give every block its places in the mesh's arrays before a number is parsed, so blocks do not wait for each other,
 //! relative indices resolve, and nothing is copied or held twice. Peak memory is the mesh plus one block per thread.
 //!
-//! Understood: `v vt vn f usemtl mtllib`, with `\` continuations, comments at line ends, relative indices and any
-//! number of corners. `g o s` change nothing here. Points, lines and everything else is counted in a warning.
+//! Understood: `v vt vn f s o usemtl mtllib`, with `\` continuations, comments at line ends, relative indices and any
+//! number of corners. `o` only ends smoothing at its place, `g` changes nothing here. Points, lines and everything else is counted in a warning.
 
 mod attributes;
+mod colors;
 mod faces;
 mod lines;
 mod mtl;
@@ -15,6 +16,7 @@ mod paths;
 mod repair;
 mod report;
 mod scan;
+mod smooth;
 mod source;
 mod triangulate;
 
@@ -25,7 +27,11 @@ use crate::Result;
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{Attribute, Indices};
 use crate::io::memory;
+use crate::scene::description::MaterialDescription;
 use crate::scene::model::{Model, Warning};
+use crate::scene::origin::Bounds;
+use colors::Colors;
+use glam::DVec3;
 use rayon::prelude::*;
 use report::Reporter;
 use scan::{Census, Counts};
@@ -39,7 +45,9 @@ const BLOCK: u64 = 1 << 20;
 
 /// Loads an OBJ file and the MTL libraries it names.
 ///
-/// In the model positions and normals are as in the file: not transformed, normals not normalised. Faces before any `usemtl`
+/// In the model positions and normals are as in the file: not transformed, normals not normalised. Positions far from 0 are counted
+/// from an origin near them. Faces without normals that are
+/// in a smoothing group get them, averaged over the group's faces at the same place. Faces before any `usemtl`
 /// have the material "", or the only one of the libraries where there is no `usemtl` at all. Faces become triangles, ears being cut off concave ones; those with fewer than three corners are dropped. A file
 /// without faces gives an empty mesh.
 ///
@@ -57,19 +65,26 @@ fn load_in_blocks(source: &Source, block: u64) -> Result<Model> {
     let blocks = source.blocks(block).map_err(crate::Error::io(source.path()))?;
     let mut reporter = Reporter::new(source, &blocks);
     let loaded = load_parts(source, &blocks, &mut reporter);
-    let (mesh, census) = loaded.map_err(|failure| reporter.error(failure))?;
-    let (materials, mut library_warnings) = mtl::load_libraries(&mut reporter, &census.libraries)?;
+    let (mesh, origin, census) = loaded.map_err(|failure| reporter.error(failure))?;
+    let (mut materials, mut library_warnings) = mtl::load_libraries(&mut reporter, &census.libraries)?;
+    if mesh.colors.is_some() {
+        materials.values_mut().for_each(MaterialDescription::multiply_vertex_colors);
+    }
     reporter.unknown_materials(&census, &materials);
     let only = reporter.unnamed_material(&census, &materials);
     let mut warnings = reporter.finish()?;
     warnings.append(&mut library_warnings);
     let (mut material_names, mesh) = assign_materials(mesh, &census);
     material_names.iter_mut().filter(|name| name.is_empty()).zip(only).for_each(|(name, only)| *name = only);
-    Ok(Model { mesh, material_names, materials, warnings })
+    Ok(Model { mesh, origin, material_names, materials, warnings })
 }
 
-/// The mesh without its materials.
-fn load_parts(source: &Source, blocks: &[Range<u64>], reporter: &mut Reporter) -> Result<(Mesh, Census), Failure> {
+/// The mesh without its materials, and what its positions are counted from.
+fn load_parts(
+    source: &Source,
+    blocks: &[Range<u64>],
+    reporter: &mut Reporter,
+) -> Result<(Mesh, DVec3, Census), Failure> {
     let tasks = blocks.iter().map(|range| (range.clone(), ())).collect();
     let parts = source.each_block(tasks, |(), text| Ok(scan::scan(text)))?;
     let census = scan::merge(blocks.iter().map(|range| range.start).zip(&parts));
@@ -80,12 +95,26 @@ fn load_parts(source: &Source, blocks: &[Range<u64>], reporter: &mut Reporter) -
         triangles: vec![[0; 3]; census.triangles],
         normals: attribute(census.counts.normals),
         uvs: attribute(census.counts.uvs),
+        colors: None,
         materials: Vec::new(),
     };
-    let broken = read_attributes(source, blocks, &parts, &mut mesh)?;
+    let (broken, colors) = read_attributes(source, blocks, &parts, &mut mesh)?;
+    mesh.colors = colors::merge(colors, census.counts.positions)?;
+    let mut origin = Bounds::of(&mesh.positions).origin();
+    if origin != DVec3::ZERO {
+        read_positions(source, blocks, &parts, &mut mesh.positions, origin)?;
+    }
     read_faces(source, blocks, &parts, &mut mesh)?;
+    let used = Bounds::of_used(&mesh.positions, &mesh.triangles).map_or(DVec3::ZERO, Bounds::origin);
+    if used != DVec3::ZERO {
+        origin += used;
+        read_positions(source, blocks, &parts, &mut mesh.positions, origin)?;
+        read_faces(source, blocks, &parts, &mut mesh)?;
+        drop_unused(&mut mesh);
+    }
     repair::repair(&mut mesh, &broken, reporter)?;
-    Ok((mesh, census))
+    smooth::smooth(&mut mesh, &census.smoothing)?;
+    Ok((mesh, origin, census))
 }
 
 /// Indices are `u32`, of which the largest means "absent".
@@ -129,7 +158,7 @@ fn read_attributes(
     blocks: &[Range<u64>],
     parts: &[Census],
     mesh: &mut Mesh,
-) -> Result<attributes::BrokenValues, Failure> {
+) -> Result<(attributes::BrokenValues, Vec<(usize, Colors)>), Failure> {
     let mut positions = &mut mesh.positions[..];
     let mut uvs = mesh.uvs.as_mut().map_or(&mut [][..], |a| &mut a.values);
     let mut normals = mesh.normals.as_mut().map_or(&mut [][..], |a| &mut a.values);
@@ -148,8 +177,31 @@ fn read_attributes(
         }
         before = before.plus(part.counts);
     }
-    let broken = source.each_block(tasks, attributes::read)?;
-    Ok(attributes::BrokenValues::merge(starts.into_iter().zip(broken)))
+    let (broken, colors): (Vec<_>, Vec<_>) = source.each_block(tasks, attributes::read)?.into_iter().unzip();
+    let colors = starts.iter().map(|(before, _)| before.positions).zip(colors).collect();
+    Ok((attributes::BrokenValues::merge(starts.into_iter().zip(broken)), colors))
+}
+
+/// Puts vertices that no triangle uses to where one is, so that they have no part in what the model spans.
+fn drop_unused(mesh: &mut Mesh) {
+    let mut used = vec![false; mesh.positions.len()];
+    mesh.triangles.iter().flatten().for_each(|&i| used[i as usize] = true);
+    let Some(first) = used.iter().position(|&used| used) else { return };
+    let harmless = mesh.positions[first];
+    mesh.positions.iter_mut().zip(used).filter(|(_, used)| !used).for_each(|(p, _)| *p = harmless);
+}
+
+/// Reads the positions anew, in double precision and from `origin` on.
+fn read_positions(
+    source: &Source,
+    blocks: &[Range<u64>],
+    parts: &[Census],
+    mut positions: &mut [[f32; 3]],
+    origin: DVec3,
+) -> Result<(), Failure> {
+    let parts = blocks.iter().zip(parts).filter(|(_, part)| part.counts.positions > 0);
+    let tasks = parts.map(|(range, part)| (range.clone(), cut(&mut positions, part.counts.positions))).collect();
+    source.each_block(tasks, |slots, text| attributes::read_positions(slots, text, origin)).map(drop)
 }
 
 fn read_faces(source: &Source, blocks: &[Range<u64>], parts: &[Census], mesh: &mut Mesh) -> Result<(), Failure> {

@@ -42,6 +42,8 @@ pub(super) struct Census {
     /// Where the material changes: the first triangle after it, the name, the offset.
     pub(crate) switches: Vec<Switch>,
     pub(crate) names: Vec<String>,
+    /// `s` and `o` statements, each with the first triangle after it.
+    pub(crate) smoothing: Vec<(usize, Smoothing)>,
     /// `mtllib` statements: offset and argument.
     pub(crate) libraries: Vec<(u64, Vec<u8>)>,
     /// Faces with fewer than three corners.
@@ -51,6 +53,15 @@ pub(super) struct Census {
     pub(crate) unknown: BTreeMap<String, Tally>,
     /// Unknown statements of further kinds.
     pub(crate) others: Option<Tally>,
+}
+
+/// What decides over which faces normals are averaged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Smoothing {
+    /// `s`: the faces after it are in this smoothing group, or in none where it is 0.
+    Group(u64),
+    /// `o`: the faces after it are another object's.
+    Object,
 }
 
 /// A `usemtl`: `name` is an index into [`Census::names`].
@@ -74,7 +85,9 @@ pub(super) fn scan(text: &[u8]) -> Census {
             b"f" => census.face(at, rest),
             b"usemtl" => census.switch(at, paths::unquoted(lines::name(rest)), &mut names),
             b"mtllib" => census.libraries.push((at as u64, lines::name(rest).to_vec())),
-            b"g" | b"o" | b"s" => {}
+            b"s" => census.smooth(Smoothing::Group(smoothing_group(rest))),
+            b"o" => census.smooth(Smoothing::Object),
+            b"g" => {}
             b"l" | b"p" => add(&mut census.strokes, once(at)),
             _ => census.unknown(lines::excerpt(keyword), once(at)),
         }
@@ -109,7 +122,26 @@ fn corners(rest: &[u8]) -> usize {
     count
 }
 
+/// The number of a smoothing group. `on` is a group like any other.
+fn smoothing_group(rest: &[u8]) -> u64 {
+    let name = lines::name(rest);
+    if name.is_empty() || name.eq_ignore_ascii_case(b"off") {
+        return 0;
+    }
+    std::str::from_utf8(name).ok().and_then(|name| name.parse().ok()).unwrap_or(1)
+}
+
 impl Census {
+    fn smooth(&mut self, smoothing: Smoothing) {
+        let kind = std::mem::discriminant(&smoothing);
+        // A statement that no face followed has no effect.
+        let unused = |last: &(usize, Smoothing)| last.0 == self.triangles && std::mem::discriminant(&last.1) == kind;
+        if self.smoothing.last().is_some_and(unused) {
+            self.smoothing.pop();
+        }
+        self.smoothing.push((self.triangles, smoothing));
+    }
+
     #[inline]
     fn face(&mut self, at: usize, rest: &[u8]) {
         match corners(rest) {
@@ -173,6 +205,7 @@ pub(super) fn merge<'a>(blocks: impl Iterator<Item = (u64, &'a Census)>) -> Cens
             let triangle = total.triangles + switch.triangle;
             total.switches.push(Switch { triangle, name, at: start + switch.at });
         }
+        total.smoothing.extend(block.smoothing.iter().map(|&(triangle, s)| (total.triangles + triangle, s)));
         total.counts = total.counts.plus(block.counts);
         total.triangles += block.triangles;
         total.libraries.extend(block.libraries.iter().map(|(at, name)| (start + at, name.clone())));

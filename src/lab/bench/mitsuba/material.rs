@@ -98,6 +98,8 @@ fn color(name: &str, texture: &ColorTexture) -> Result<Element, String> {
     match texture {
         ColorTexture::Constant(color) => Ok(Element::rgb(name, *color)),
         ColorTexture::Image(image) => bitmap(name, image),
+        // its meshes are written without them
+        ColorTexture::Vertex(_) => Err("colours of vertices".into()),
     }
 }
 

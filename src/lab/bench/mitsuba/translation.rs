@@ -7,7 +7,7 @@ use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::Roulette;
 use crate::io::atomic::write_atomically;
-use crate::light::{ConstantLight, DirectionalLight, EnvironmentLight, LightDescription, PointLight};
+use crate::light::{ConstantLight, DirectionalLight, EnvironmentLight, LightDescription, PointLightParameters};
 use crate::math::Rgb;
 use crate::render::Order;
 use crate::scene::description::{CameraDescription, Projection};
@@ -38,7 +38,8 @@ impl Translation {
     /// [`Error::Scene`] names what Mitsuba has no counterpart of.
     pub(crate) fn write(description: &SceneFile, spp: u32, folder: &Path) -> Result<Translation> {
         let gathered = LoadedAssets::of(&description.scene)?;
-        let description = same_work(description, &gathered, spp)?;
+        let counted = SceneFile { scene: gathered.description.clone(), ..description.clone() };
+        let description = same_work(&counted, &gathered, spp)?;
         let mut root = Element::new("scene").attribute("version", "3.0.0").child(integrator(&description));
         root = root.child(sensor(&description, &gathered)?);
         for light in &description.scene.lights {
@@ -112,7 +113,8 @@ fn integrator(description: &SceneFile) -> Element {
 fn sensor(description: &SceneFile, gathered: &LoadedAssets) -> Result<Element> {
     let camera = camera(description, gathered);
     let (low, high) = bounds(gathered);
-    let size = (high - low).length().max((high - camera.origin).length()).max((low - camera.origin).length());
+    let eye = camera.origin.as_vec3();
+    let size = (high - low).length().max((high - eye).length()).max((low - eye).length());
     if !(size.is_finite() && size > 0.0) {
         return Err(Error::Scene("the scene has no extent".into()));
     }
@@ -122,8 +124,8 @@ fn sensor(description: &SceneFile, gathered: &LoadedAssets) -> Result<Element> {
         .integer("height", i64::from(description.scene.film.height))
         .child(Element::new("rfilter").kind("box"));
     let look = Element::new("lookat")
-        .attribute("origin", numbers(camera.origin))
-        .attribute("target", numbers(camera.target))
+        .attribute("origin", numbers(eye))
+        .attribute("target", numbers(camera.target.as_vec3()))
         .attribute("up", numbers(camera.up));
     let mut placed = Element::new("transform").attribute("name", "to_world");
     if camera.mirrored {
@@ -152,9 +154,9 @@ fn emitter(light: &LightDescription) -> Result<Element> {
             let envmap = plugin("envmap").string("filename", &path.to_string_lossy()).float("scale", scale.x);
             envmap.child(transform(to_world))
         }
-        LightDescription::Point(PointLight { position, intensity }) => {
+        LightDescription::Point(PointLightParameters { position, intensity }) => {
             let point = Element::new("point").attribute("name", "position");
-            let [x, y, z] = position.to_array();
+            let [x, y, z] = position.as_vec3().to_array();
             let point = point.attribute("x", x).attribute("y", y).attribute("z", z);
             plugin("point").child(point).color("intensity", *intensity)
         }

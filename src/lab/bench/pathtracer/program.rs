@@ -95,8 +95,8 @@ fn arguments(stand_in: &StandIn, plan: &EmbreePlan) -> Vec<String> {
     };
     add("", &vector(stand_in.light.position));
     add("", &vector(stand_in.light.intensity));
-    add("--vp", &vector(camera.origin));
-    add("--vi", &vector(camera.target));
+    add("--vp", &vector(camera.origin.as_vec3()));
+    add("--vi", &vector(camera.target.as_vec3()));
     add("--vu", &vector(camera.up));
     add("--fov", &[camera.vfov.to_string()]);
     add("--size", &[film.width.to_string(), film.height.to_string()]);

@@ -72,7 +72,12 @@ fn stand_in(
     light: &PointLight,
 ) -> SceneFile {
     let (low, high) = scene.bounds();
-    let camera = description.scene.camera.clone().unwrap_or_else(|| Camera::for_bounds(low, high));
+    let mut camera = description.scene.camera.clone();
+    if let Some(camera) = &mut camera {
+        camera.origin -= scene.origin();
+        camera.target -= scene.origin();
+    }
+    let camera = camera.unwrap_or_else(|| Camera::for_bounds(low, high));
     let mut film = description.scene.film.clone();
     film.filter = Filter::Box;
     film.crop = None;
@@ -86,7 +91,9 @@ fn stand_in(
         }),
         film,
         meshes: vec![crate::format::whole_file(&model)],
-        lights: vec![light::PointLight { position: light.position, intensity: light.intensity }.into()],
+        lights: vec![
+            light::PointLightParameters { position: light.position.as_dvec3(), intensity: light.intensity }.into(),
+        ],
         ..Default::default()
     };
     SceneFile {
@@ -122,12 +129,18 @@ fn light(scene: &Scene, description: &SceneFile) -> PointLight {
     let radius = 0.5 * (high - low).length();
     let intensity = Vec3::splat(std::f32::consts::PI * 0.25 * radius * radius);
     let own = description.scene.lights.iter().find_map(|light| match light {
-        LightDescription::Point(point) => Some(point.position),
+        LightDescription::Point(point) => Some((point.position - scene.origin()).as_vec3()),
         _ => None,
     });
     let emitter = || middle_of_emitters(scene).map(|(p, n)| p + n * (HANGING * radius));
-    let camera =
-        || description.scene.camera.as_ref().map_or_else(|| Camera::for_bounds(low, high).origin, |c| c.origin);
+    let camera = || {
+        description
+            .scene
+            .camera
+            .as_ref()
+            .map_or_else(|| Camera::for_bounds(low, high).origin, |c| c.origin - scene.origin())
+            .as_vec3()
+    };
     let (position, origin) = match own {
         Some(position) => (position, "the scene's own"),
         None => emitter().map_or_else(|| (camera(), "at the camera"), |p| (p, "off the middle of the emitters")),

@@ -34,6 +34,8 @@ struct Face {
     normals: Vec<[f32; 3]>,
     /// Whether the corners have texture coordinates, normals; `None` if only some do. tobj makes up what is missing.
     written: [Option<bool>; 2],
+    /// Whether the file has smoothing groups, which tobj does not read: faces without normals may get some.
+    smooth: bool,
 }
 
 #[test]
@@ -115,7 +117,9 @@ fn tobj_models(path: &Path) -> Option<Vec<tobj::Model>> {
 
 /// All faces in the order of the file.
 fn faces(models: &[tobj::Model], path: &Path) -> Vec<Face> {
-    let mut written = written_attributes(path).into_iter();
+    let text = text(path);
+    let mut written = written_attributes(&text).into_iter();
+    let smooth = text.lines().any(|line| line.starts_with("s ") && !["s off", "s 0"].contains(&line.trim()));
     let mut faces = Vec::new();
     for mesh in models.iter().map(|model| &model.mesh) {
         let triples = vec![3; mesh.indices.len() / 3];
@@ -129,6 +133,7 @@ fn faces(models: &[tobj::Model], path: &Path) -> Vec<Face> {
                 uvs: values(&mesh.texcoords, &mesh.texcoord_indices, &corners),
                 normals: values(&mesh.normals, &mesh.normal_indices, &corners),
                 written: written.next().unwrap_or_else(|| panic!("{}: fewer faces in the text", path.display())),
+                smooth,
             });
         }
     }
@@ -140,9 +145,12 @@ fn values<const N: usize>(values: &[f32], indices: &[u32], corners: &Range<usize
     found.iter().map(|&i| std::array::from_fn(|k| values[N * i as usize + k])).collect()
 }
 
+fn text(path: &Path) -> String {
+    String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned()
+}
+
 /// Which attributes the corners of each face have, from the text alone.
-fn written_attributes(path: &Path) -> Vec<[Option<bool>; 2]> {
-    let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
+fn written_attributes(text: &str) -> Vec<[Option<bool>; 2]> {
     let words = |line: &str| line.split_whitespace().map(str::to_string).collect();
     let faces = text.lines().map(words).filter(|words: &Vec<String>| words.len() > 3 && words[0] == "f");
     let has = |corner: &String, k: usize| corner.split('/').nth(k).is_some_and(|i| !i.is_empty());
@@ -154,6 +162,12 @@ fn written_attributes(path: &Path) -> Vec<[Option<bool>; 2]> {
     faces.map(|face| [1, 2].map(|k| attribute(&face[1..], k))).collect()
 }
 
+/// As it is in the file.
+fn position(obj: &Model, index: u32) -> [f32; 3] {
+    let moved = glam::Vec3::from(obj.mesh.positions[index as usize]).as_dvec3() + obj.origin;
+    moved.as_vec3().to_array()
+}
+
 /// Compares a face with the triangles from `triangle` on; returns how many it has become.
 fn compare(obj: &Model, face: &Face, triangle: usize, tally: &mut Tally, at: &str) -> usize {
     let points = &face.points;
@@ -162,7 +176,7 @@ fn compare(obj: &Model, face: &Face, triangle: usize, tally: &mut Tally, at: &st
     let kind = if count == 1 { &mut tally.triangles } else { &mut tally.quads };
     *(if fan { kind } else { &mut tally.others }) += 1;
     for k in 0..count {
-        let ours = obj.mesh.triangles[triangle + k].map(|i| obj.mesh.positions[i as usize]);
+        let ours = obj.mesh.triangles[triangle + k].map(|i| position(obj, i));
         if !fan {
             assert!(ours.iter().all(|p| points.contains(p)), "{at}");
             continue;
@@ -170,15 +184,17 @@ fn compare(obj: &Model, face: &Face, triangle: usize, tally: &mut Tally, at: &st
         assert_eq!(ours, [points[0], points[k + 1], points[k + 2]], "{at}");
         let uvs =
             compare_attribute(&obj.mesh.uvs, &obj.mesh.triangles, triangle + k, &face.uvs, k, face.written[0], at);
-        let normals = compare_attribute(
-            &obj.mesh.normals,
-            &obj.mesh.triangles,
-            triangle + k,
-            &face.normals,
-            k,
-            face.written[1],
-            at,
-        );
+        let smoothed = face.smooth && face.written[1] != Some(true);
+        let normals = !smoothed
+            && compare_attribute(
+                &obj.mesh.normals,
+                &obj.mesh.triangles,
+                triangle + k,
+                &face.normals,
+                k,
+                face.written[1],
+                at,
+            );
         for (i, found) in [uvs, normals].into_iter().enumerate() {
             *(if found { &mut tally.attributes[i] } else { &mut tally.bare[i] }) += 1;
         }

@@ -1,7 +1,9 @@
 mod against_tobj;
+mod colors;
 mod fixtures;
 mod polygons;
 mod random;
+mod smoothing;
 mod statements;
 
 use super::scan::{Census, Counts};

@@ -128,7 +128,7 @@ impl Writer {
     }
 
     fn noise(&mut self) {
-        self.put(&["g a b", "o", "s off", "# v 1 2 3", "#\\", "l 1 2", "p 1", "curv 1", "f 1 2"]);
+        self.put(&["g a b", "o", "s off", "s 0", "# v 1 2 3", "#\\", "l 1 2", "p 1", "curv 1", "f 1 2"]);
         self.end();
     }
 
