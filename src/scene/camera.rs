@@ -2,7 +2,7 @@
 
 use crate::film::Filter;
 use crate::geometry::Ray;
-use crate::scene::description::CameraDescription;
+use crate::scene::description::{CameraDescription, Unsaid};
 use crate::{Error, Result};
 use glam::Vec3;
 
@@ -41,13 +41,17 @@ impl Camera {
         })
     }
 
-    /// A camera that sees the whole box, from a little above.
-    pub(crate) fn for_bounds(low: Vec3, high: Vec3) -> CameraDescription {
+    /// The camera that was described where and whither, else one that sees the whole box from a little above: a stand-in
+    /// until one is found, and for renderers that are only measured.
+    pub(crate) fn in_place(said: Option<&CameraDescription>, (low, high): (Vec3, Vec3)) -> CameraDescription {
+        if let Some(camera) = said.filter(|camera| !camera.unsaid.is_open()) {
+            return camera.clone();
+        }
         let (centre, radius) = ((low + high) * 0.5, (high - low).length() * 0.5);
         let vfov = 40.0f32;
         let distance = radius / (0.5 * vfov).to_radians().sin();
         let origin = centre + Vec3::new(0.5, 0.35, 1.0).normalize() * distance;
-        CameraDescription { origin, target: centre, up: Vec3::Y, vfov, mirrored: false }
+        CameraDescription { origin, target: centre, vfov, unsaid: Unsaid::default(), ..Default::default() }
     }
 
     /// The ray of pixel `(x, y)`, counted from the upper left, through a point of the filter drawn by `u`. Filters
@@ -102,6 +106,7 @@ mod tests {
             up: Vec3::Y,
             vfov: 90.0,
             mirrored,
+            unsaid: Unsaid::default(),
         };
         Camera::new(&c, 200, 100, Filter::Box).unwrap()
     }

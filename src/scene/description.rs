@@ -13,8 +13,11 @@ use std::collections::BTreeMap;
 /// A whole scene as written. Paths are already resolved against the file that names them.
 #[derive(Clone, Debug, Default)]
 pub struct SceneDescription {
-    /// `None`: the camera is placed so that the whole scene is seen.
+    /// `None`: nothing is said of it, and all of it is found.
     pub(crate) camera: Option<CameraDescription>,
+    /// A sky is added also where there are lights but none of theirs reaches the camera: for models that nobody has made a
+    /// scene of.
+    pub(crate) sky_where_dark: bool,
     pub(crate) film: FilmSettings,
     pub meshes: Vec<MeshDescription>,
     /// Where groups of meshes stand.
@@ -34,6 +37,35 @@ pub(crate) struct CameraDescription {
     pub(crate) vfov: f32,
     /// The picture is flipped left to right (scene formats with a left-handed camera).
     pub(crate) mirrored: bool,
+    pub(crate) unsaid: Unsaid,
+}
+
+/// Which keys of a camera nobody has said. What they hold counts for nothing where the camera is found by what is seen
+/// ([`super::view`]); where origin and target are both said, it is their default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Unsaid {
+    pub(crate) origin: bool,
+    pub(crate) target: bool,
+    pub(crate) up: bool,
+    pub(crate) vfov: bool,
+}
+
+impl Unsaid {
+    /// Nothing is said.
+    pub(crate) const ALL: Unsaid = Unsaid { origin: true, target: true, up: true, vfov: true };
+
+    /// Whether the camera has to be found.
+    pub(crate) fn is_open(&self) -> bool {
+        self.origin || self.target
+    }
+}
+
+impl Default for CameraDescription {
+    /// One of which nothing is said, with +y up.
+    fn default() -> CameraDescription {
+        let (origin, target, up) = (Vec3::ZERO, Vec3::ZERO, Vec3::Y);
+        CameraDescription { origin, target, up, vfov: 45.0, mirrored: false, unsaid: Unsaid::ALL }
+    }
 }
 
 /// A model and where it stands.

@@ -107,11 +107,14 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
     let FilmSettings { width, height, filter, exposure: _, tone: _ } = film;
     let mut canon = Canon::new(VIEW);
     canon.u64(content);
-    canon.flag(camera.is_some());
-    if let Some(CameraDescription { origin, target, up, vfov, mirrored }) = camera {
+    let whole = camera.filter(|camera| !camera.unsaid.is_open());
+    canon.flag(whole.is_some());
+    if let Some(CameraDescription { origin, target, up, vfov, mirrored, unsaid: _ }) = whole {
         [origin, target, up].into_iter().for_each(|v| canon.vector(*v));
         canon.floats([*vfov]);
         canon.flag(*mirrored);
+    } else if let Some(camera) = camera {
+        said_of(&mut canon, camera);
     }
     canon.u32(*width);
     canon.u32(*height);
@@ -121,6 +124,18 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
         Filter::Gaussian => 2,
     });
     canon.finish()
+}
+
+/// Of a camera that has to be found.
+fn said_of(canon: &mut Canon, camera: &CameraDescription) {
+    let CameraDescription { origin, target, up, vfov, mirrored, unsaid } = camera;
+    for (unsaid, value) in [(unsaid.origin, origin), (unsaid.target, target), (unsaid.up, up)] {
+        canon.flag(!unsaid);
+        (!unsaid).then(|| canon.vector(*value));
+    }
+    canon.flag(!unsaid.vfov);
+    (!unsaid.vfov).then(|| canon.floats([*vfov]));
+    canon.flag(*mirrored);
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod load;
 pub(crate) mod material;
 pub(crate) mod model;
 pub mod obj;
+mod view;
 
 #[cfg(feature = "lab")]
 pub(crate) use assets::LoadedAssets;
@@ -27,10 +28,13 @@ use glam::Vec3;
 use instances::{Instances, NO_INSTANCE};
 use material::Material;
 use std::sync::Arc;
+pub(crate) use view::FoundCamera;
 
 /// A scene, loaded and built. Nothing of it changes while it is rendered.
 pub struct Scene {
     pub camera: Camera,
+    /// Where nobody has said where it stands or whither it looks.
+    found_camera: Option<FoundCamera>,
     geometry: embree::Scene,
     /// Those that are no part of a group.
     meshes: Vec<Arc<Mesh>>,
@@ -115,6 +119,11 @@ impl Scene {
     #[inline]
     pub(crate) fn lights(&self) -> &Lights {
         &self.lights
+    }
+
+    /// The camera, where it was found by what can be seen.
+    pub(crate) fn found_camera(&self) -> Option<&FoundCamera> {
+        self.found_camera.as_ref()
     }
 
     /// Corners of the box around all surfaces.

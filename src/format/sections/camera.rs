@@ -1,34 +1,34 @@
 //! `[camera]`, and what every section has in common.
 
-use crate::document::{Bounds, COORDINATE, Fault, Key, Node, Reader, key};
-use crate::scene::description::CameraDescription;
-use glam::Vec3;
+use crate::document::{Bounds, COORDINATE, Fault, Node, Reader, key};
+use crate::scene::description::{CameraDescription, Unsaid};
 
 /// Degrees of a field of view.
 pub(in crate::format) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
-/// `None` before means that the section places a camera, else it changes the one there is.
+const ORIGIN: &str = "where the eye is; without it, a place is found from which most is seen";
+const TARGET: &str =
+    "what is in the middle of the picture; other than `origin`; without it, a direction is found in which most is seen";
+const UP: &str =
+    "what is up in the picture; not zero, and not along the view; without it +y, or what an OBJ file says of itself";
+const FIELD: &str = "field of view from the lower to the upper edge; where the camera is found, that of a usual lens";
+
+/// Reads over the camera there is. What nobody says is found when the scene is loaded.
 pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescription>) -> Result<(), Fault> {
-    let mut c = camera.clone().unwrap_or_else(camera_facing_up);
-    let new = camera.is_none();
-    let placed = |k: Key| if new { k.required() } else { k };
-    t.vector(placed(key("origin", "where the eye is").unit("length")), COORDINATE, &mut c.origin)?;
-    let target = key("target", "what is in the middle of the picture; other than `origin`").unit("length");
-    t.vector(placed(target), COORDINATE, &mut c.target)?;
-    let up = "what is up in the picture; not zero, and not along the view";
-    t.vector(key("up", up), COORDINATE, &mut c.up)?;
-    let vfov = key("vfov", "field of view from the lower to the upper edge").unit("degrees");
-    t.number(vfov, VFOV, &mut c.vfov)?;
+    let mut c = camera.clone().unwrap_or_default();
+    t.vector(key("origin", ORIGIN).unit("length").optional(), COORDINATE, &mut c.origin)?;
+    t.vector(key("target", TARGET).unit("length").optional(), COORDINATE, &mut c.target)?;
+    t.vector(key("up", UP).optional(), COORDINATE, &mut c.up)?;
+    t.number(key("vfov", FIELD).unit("degrees"), VFOV, &mut c.vfov)?;
     t.flag(key("mirrored", "flips the picture left to right"), &mut c.mirrored)?;
-    t.complete()?;
+    let Unsaid { origin, target, up, vfov } = &mut c.unsaid;
+    for (key, unsaid) in [("origin", origin), ("target", target), ("up", up), ("vfov", vfov)] {
+        *unsaid &= !t.has(key);
+    }
+    // Its default is for a camera that has a place.
+    c.unsaid.vfov &= c.unsaid.is_open();
     check_camera(t, &c)?;
     *camera = Some(c);
     Ok(())
-}
-
-/// What a camera has before its keys are read; that `origin` and `target` are given is checked after.
-pub(in crate::format) fn camera_facing_up() -> CameraDescription {
-    let (origin, target, up) = (Vec3::ZERO, Vec3::ZERO, Vec3::Y);
-    CameraDescription { origin, target, up, vfov: 45.0, mirrored: false }
 }
 
 /// That all of `keys`, which were asked for, were there.
@@ -38,14 +38,18 @@ pub(in crate::format) fn needs(t: &Reader, keys: &[&str]) -> Result<(), Fault> {
 
 /// That the three vectors span a frame.
 pub(in crate::format) fn check_camera(t: &Reader, c: &CameraDescription) -> Result<(), Fault> {
+    let open = c.unsaid.is_open();
     let view = c.target.as_dvec3() - c.origin.as_dvec3();
-    if view.length() == 0.0 {
+    if !open && view.length() == 0.0 {
         let at = t.place(&["target", "origin"]);
         return Err(Fault::new(at, "`target` must differ from `origin`"));
     }
     let up = c.up.as_dvec3();
+    if up.length() == 0.0 {
+        return Err(Fault::new(t.place(&["up"]), "`up` must not be zero or parallel to the view"));
+    }
     // The sine of the angle between them; below about 1e-6, `f32` can no longer tell the camera's right.
-    if view.cross(up).length() <= 1e-6 * view.length() * up.length() {
+    if !open && view.cross(up).length() <= 1e-6 * view.length() * up.length() {
         let at = t.place(&["up", "target", "origin"]);
         return Err(Fault::new(at, "`up` must not be zero or parallel to the view"));
     }

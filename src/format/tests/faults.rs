@@ -160,7 +160,7 @@ fn contradictions_are_refused() {
             "[guiding]\nresolution = 129\nmethod = 'adaptive'",
             "2:14: `resolution` must be at most 128 with method `adaptive`, found 129",
         ),
-        ("[camera]\norigin = [0, 0, 0]", "1:1: [camera] needs `target`"),
+        ("[camera]\nup = [0, 0, 0]", "2:6: `up` must not be zero or parallel to the view"),
         ("[camera]\norigin = [1, 0, 0]\ntarget = [1, 0, 0]", "3:10: `target` must differ from `origin`"),
         ("[camera]\ntarget = [1, 2, 0]\norigin = [1, 0, 0]", "2:10: `up` must not be zero or parallel to the view"),
         (

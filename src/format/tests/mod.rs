@@ -165,6 +165,17 @@ fn overrides_that_are_wrong_name_themselves() {
 }
 
 #[test]
+fn keys_of_a_camera_can_be_given_one_by_one() {
+    let unsaid = |text: &str, overrides: &[&str]| parsed(text, overrides).unwrap().scene.camera.unwrap().unsaid;
+    assert_eq!(unsaid("[camera]\norigin = [0, 0, 0]", &[]), Unsaid { origin: false, ..Unsaid::ALL });
+    assert_eq!(unsaid("", &["camera.vfov=20"]), Unsaid { vfov: false, ..Unsaid::ALL });
+    assert_eq!(unsaid("[camera]\ntarget = [1, 2, 3]", &["camera.up=[0, 0, 1]"]).up, false);
+    // a camera with a place has the page's defaults
+    let camera = parsed("[camera]\norigin = [0, 0, 0]", &["camera.target=[0, 0, 1]"]).unwrap().scene.camera.unwrap();
+    assert!(!camera.unsaid.is_open() && !camera.unsaid.vfov && camera.vfov == 45.0);
+}
+
+#[test]
 fn an_obj_alone_is_a_scene() {
     let (file, _) = load(Path::new("dir/a.OBJ"), &["render.spp=7".to_string()]).unwrap();
     assert_eq!(file.scene.meshes[0].source.path(), Some(Path::new("dir/a.OBJ")));

@@ -13,6 +13,7 @@ mod processors;
 mod render;
 mod stopping;
 mod transforms;
+mod views;
 
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};

@@ -71,8 +71,7 @@ fn stand_in(
     model: PathBuf,
     light: &PointLight,
 ) -> SceneFile {
-    let (low, high) = scene.bounds();
-    let camera = description.scene.camera.clone().unwrap_or_else(|| Camera::for_bounds(low, high));
+    let camera = Camera::in_place(description.scene.camera.as_ref(), scene.bounds());
     let mut film = description.scene.film.clone();
     film.filter = Filter::Box;
     let scene = SceneDescription {
@@ -120,8 +119,7 @@ fn light(scene: &Scene, description: &SceneFile) -> PointLight {
         _ => None,
     });
     let emitter = || middle_of_emitters(scene).map(|(p, n)| p + n * (HANGING * radius));
-    let camera =
-        || description.scene.camera.as_ref().map_or_else(|| Camera::for_bounds(low, high).origin, |c| c.origin);
+    let camera = || Camera::in_place(description.scene.camera.as_ref(), (low, high)).origin;
     let (position, origin) = match own {
         Some(position) => (position, "the scene's own"),
         None => emitter().map_or_else(|| (camera(), "at the camera"), |p| (p, "off the middle of the emitters")),
