@@ -43,6 +43,9 @@ pub(crate) struct Choices {
     guide: Option<String>,
     #[arg(long, value_name = "N", help = reference::help("render.seed"))]
     seed: Option<u64>,
+    /// The camera of this name, of a scene file with several. [default: that of [camera], else the first]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) camera: Option<String>,
     /// The axis that is up, where the camera is found and in its picture: x, y, z, -x, -y or -z. [default: the scene
     /// file's camera.up, else what an OBJ file says of itself, else y]
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true, value_parser = up())]

@@ -98,7 +98,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     let show = if arguments.quiet { Show::None } else { arguments.progress };
     progress::choose(show);
     let threads = arguments.choices.machine.start(arguments.quiet)?;
-    let (mut description, warnings) = format::load(&arguments.scene, &overrides(arguments))?;
+    let (mut description, warnings) =
+        format::load_seen_by(&arguments.scene, arguments.choices.camera.as_deref(), &overrides(arguments))?;
     arguments.scale.map_or(Ok(()), |scale| rescale(&mut description.scene.film, scale))?;
     let outputs = outputs(arguments)?;
     check_options(arguments, &description, &outputs)?;
@@ -168,6 +169,7 @@ fn conclude(outputs: &Outputs, context: &Context, rendering: &Rendering, bar: Ba
     outputs.write(context, rendering, &report)?;
     bar.finish();
     if !quiet {
+        report.blackness().iter().for_each(|black| say(&format!("warning: {black}")));
         say(&report.summary());
         outputs.paths().for_each(|path| say(&format!("wrote {}", path.display())));
     }

@@ -70,9 +70,8 @@ impl Lights {
         Ok(Lights { triangles: lights, others, opacities, ids, choice })
     }
 
-    /// Whether there is nothing to sample.
-    #[cfg(test)]
-    pub fn is_empty(&self) -> bool {
+    /// Whether no light has any power, so that there is nothing to sample.
+    pub fn are_black(&self) -> bool {
         self.choice.is_empty()
     }
 

@@ -15,6 +15,8 @@ use std::collections::BTreeMap;
 pub struct SceneDescription {
     /// `None`: nothing is said of it, and all of it is found.
     pub(crate) camera: Option<CameraDescription>,
+    /// Other cameras, by name, of which one may be chosen.
+    pub(crate) cameras: Vec<NamedCamera>,
     /// A sky is added also where there are lights but none of theirs reaches the camera: for models that nobody has made a
     /// scene of.
     pub(crate) sky_where_dark: bool,
@@ -38,6 +40,15 @@ pub(crate) struct CameraDescription {
     /// The picture is flipped left to right (scene formats with a left-handed camera).
     pub(crate) mirrored: bool,
     pub(crate) unsaid: Unsaid,
+}
+
+/// A camera that can be chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NamedCamera {
+    pub(crate) name: String,
+    pub(crate) camera: CameraDescription,
+    /// Width and height of its picture, where the file says so.
+    pub(crate) size: [Option<u32>; 2],
 }
 
 /// Which keys of a camera nobody has said. What they hold counts for nothing where the camera is found by what is seen

@@ -28,7 +28,7 @@ use glam::Vec3;
 use instances::{Instances, NO_INSTANCE};
 use material::Material;
 use std::sync::Arc;
-pub(crate) use view::FoundCamera;
+pub(crate) use view::{FoundCamera, why_dark};
 
 /// A scene, loaded and built. Nothing of it changes while it is rendered.
 pub struct Scene {

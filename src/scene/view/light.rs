@@ -3,7 +3,7 @@
 use crate::geometry::{Ray, SurfaceInteraction};
 use crate::math::rng::Rng;
 use crate::math::{Rgb, luminance};
-use crate::scene::Scene;
+use crate::scene::{Camera, Scene};
 use rayon::prelude::*;
 
 /// Segments of a path at most. Light that reaches a room through another one needs several.
@@ -59,13 +59,16 @@ pub(super) const LEAST: f32 = 1.0 / 256.0;
 /// Rows and columns of the rays through the picture of a camera whose light is looked for.
 const GRID: u32 = 48;
 
+/// Rays through the whole picture of a camera.
+pub(super) fn grid(camera: &Camera) -> impl ExactSizeIterator<Item = Ray> + '_ {
+    let at = |k: u32, side: u32| (u64::from(2 * k + 1) * u64::from(side) / u64::from(2 * GRID)) as u32;
+    (0..GRID * GRID).map(move |k| camera.ray(at(k % GRID, camera.width), at(k / GRID, camera.height), [0.5; 2]))
+}
+
 /// Whether light is found along rays through the picture of the scene's camera.
 pub(super) fn reaches(scene: &Scene) -> bool {
-    let camera = &scene.camera;
-    let found = (0..GRID * GRID).into_par_iter().filter(|&k| {
-        let at = |k: u32, side: u32| (((2 * k + 1) as u64 * side as u64) / (2 * GRID) as u64) as u32;
-        let ray = camera.ray(at(k % GRID, camera.width), at(k / GRID, camera.height), [0.5; 2]);
-        arriving(scene, ray, &mut Rng::for_path(0, k, 0)) > 0.0
-    });
-    found.count() as f32 >= LEAST * (GRID * GRID) as f32
+    let rays: Vec<Ray> = grid(&scene.camera).collect();
+    let lit = |(k, ray): &(usize, Ray)| arriving(scene, *ray, &mut Rng::for_path(0, *k as u32, 0)) > 0.0;
+    let found = rays.into_par_iter().enumerate().filter(lit).count();
+    found as f32 >= LEAST * (GRID * GRID) as f32
 }

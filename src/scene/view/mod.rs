@@ -7,6 +7,7 @@
 
 mod axes;
 mod candidates;
+mod darkness;
 mod framing;
 mod header;
 mod light;
@@ -14,6 +15,8 @@ mod pieces;
 mod rating;
 mod standpoints;
 mod subject;
+
+pub(crate) use darkness::why_dark;
 
 use super::Scene;
 use super::description::{CameraDescription, SceneDescription, Unsaid};

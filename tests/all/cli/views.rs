@@ -74,3 +74,54 @@ fn what_is_said_makes_the_same_picture_and_single_keys_are_kept() {
     assert!(pixels("found.png").pixels().any(|p| p.0 != pixels("found.png").get_pixel(0, 0).0));
     assert_eq!(pixels("found.png"), pixels("said.png"));
 }
+
+/// What the program says on standard error when it renders a scene of this text beside the model.
+fn said_of(here: &Path, scene: &str, arguments: &[&str], code: i32) -> String {
+    std::fs::write(here.join("scene.toml"), scene).unwrap();
+    let mut command = phototaxis(here);
+    let tiny = ["--size", "16x12", "--spp", "2", "-o", "a.png", "--json", "a.json"];
+    stderr(&command.args(["render", "scene.toml"]).args(tiny).args(arguments).assert().code(code).get_output().clone())
+}
+
+const TOWER: &str = "[[mesh]]\npath = 'tower.obj'\n";
+
+#[test]
+fn a_black_picture_is_warned_of_with_the_likely_reason() {
+    let here = folder();
+    write_tower(here.path(), "");
+    let from = |origin: &str| format!("[camera]\norigin = {origin}\ntarget = [0, 9, 0.5]\n{TOWER}");
+    let point = "[[light]]\ntype = 'point'\nposition = [0, 0, 9]\nintensity = ";
+    let cases = [
+        (from("[0, 0, 9]"), "0", "nothing emits light"),
+        (format!("[camera]\norigin = [0, 0, 90]\ntarget = [0, 0, 99]\n{TOWER}"), "1", "sees no surface"),
+        (format!("[camera]\norigin = [0.1, 0.2, 1]\ntarget = [0, 0.9, 1]\n{TOWER}"), "1", "within a closed surface"),
+        (
+            format!("[camera]\norigin = [0, 0, -9]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\n{TOWER}"),
+            "1",
+            "no light was found",
+        ),
+    ];
+    for (scene, intensity, reason) in cases {
+        let said = said_of(here.path(), &format!("{scene}{point}{intensity}\n"), &[], 0);
+        let warning = said.lines().find(|line| line.starts_with("warning: the picture is black; "));
+        assert!(warning.is_some_and(|warning| warning.contains(reason)), "{reason}: {said}");
+        let report: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(here.path().join("a.json")).unwrap()).unwrap();
+        assert!(report["black_picture"].as_str().is_some_and(|text| text.contains(reason)));
+    }
+    let lit =
+        said_of(here.path(), &format!("[camera]\norigin = [0, 1, 30]\ntarget = [0, 0, 0]\n{TOWER}{point}1\n"), &[], 0);
+    assert!(!lit.contains("black"), "{lit}");
+}
+
+#[test]
+fn a_camera_is_chosen_by_name() {
+    let here = folder();
+    write_tower(here.path(), "");
+    let scene = format!("[cameras.side]\norigin = [9, 1, 1]\ntarget = [0, 0, 1]\n[cameras.free]\nvfov = 50\n{TOWER}");
+    assert!(!said_of(here.path(), &scene, &[], 0).contains("the camera stands"), "the first has a place");
+    let free = said_of(here.path(), &scene, &["--camera", "free"], 0);
+    assert!(free.contains("the camera stands") && free.contains("camera.vfov=50"), "{free}");
+    let wrong = said_of(here.path(), &scene, &["--camera", "sid"], 1);
+    assert!(wrong.contains("scene.toml: there is no camera `sid`: did you mean `side`?"), "{wrong}");
+}
