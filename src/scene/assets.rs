@@ -2,6 +2,7 @@
 
 use super::description::{MaterialDescription, MeshDescription, SceneDescription};
 use super::hash;
+use super::inventory::{DescribedMaterial, MaterialSource};
 use crate::Result;
 use crate::embree::LARGEST_COORDINATE;
 use crate::fields::each_texture;
@@ -25,6 +26,8 @@ pub(crate) struct LoadedAssets {
     pub(crate) materials: Vec<MaterialDescription>,
     /// Of the materials.
     pub(crate) names: Vec<String>,
+    /// The materials before pictures that are missing are replaced, with who describes them.
+    pub(super) described: Vec<DescribedMaterial>,
     /// Index in `materials` by library and name: two models may use one name for two things.
     ids: FxHashMap<(Option<usize>, String), u32>,
     pub(crate) warnings: Vec<String>,
@@ -76,6 +79,7 @@ impl LoadedAssets {
         if let Some(&id) = self.ids.get(&(owner, name.to_string())) {
             return id;
         }
+        self.described.push(described(name, named, library.get(name)));
         let own = || library.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
         self.materials.push(named.cloned().or_else(own).unwrap_or_default());
         self.names.push(name.to_string());
@@ -83,6 +87,21 @@ impl LoadedAssets {
         self.ids.insert((owner, name.to_string()), id);
         id
     }
+}
+
+/// A material as the scene file has it, else as its library has it.
+fn described(
+    name: &str,
+    of_scene: Option<&MaterialDescription>,
+    of_library: Option<&MaterialDescription>,
+) -> DescribedMaterial {
+    let source = match (of_scene, of_library) {
+        (Some(_), _) => MaterialSource::SceneFile,
+        (None, Some(_)) => MaterialSource::Library,
+        (None, None) => MaterialSource::Nobody,
+    };
+    let description = of_scene.or(of_library).cloned().unwrap_or_default();
+    DescribedMaterial { name: name.to_string(), description, source }
 }
 
 /// Libraries travel without their pictures: a material from one goes on in half of its own colour, and opaque, and says

@@ -65,7 +65,7 @@ impl Scene {
     ) -> Result<(Scene, Vec<String>)> {
         check_memory(&description.film)?;
         watch(LoadStage::Models);
-        let LoadedAssets { meshes, hashes, materials, mut warnings, .. } = LoadedAssets::of(description)?;
+        let LoadedAssets { meshes, hashes, materials, described, mut warnings, .. } = LoadedAssets::of(description)?;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
@@ -105,6 +105,7 @@ impl Scene {
             meshes,
             instances,
             materials: in_unit(&resolved, unit),
+            described_materials: described,
             textures,
             lights,
             light_unit: unit,

@@ -7,6 +7,7 @@ pub mod description;
 mod emitters;
 mod hash;
 mod instances;
+mod inventory;
 mod load;
 pub(crate) mod material;
 pub(crate) mod model;
@@ -16,6 +17,7 @@ mod view;
 #[cfg(feature = "lab")]
 pub(crate) use assets::LoadedAssets;
 pub use camera::Camera;
+pub(crate) use inventory::{DescribedMaterial, Inventory, MaterialSource, MaterialUse};
 pub(crate) use load::LoadStage;
 
 use crate::bsdf::Bsdf;
@@ -40,6 +42,7 @@ pub struct Scene {
     meshes: Vec<Arc<Mesh>>,
     instances: Instances,
     materials: Arc<Vec<Material>>,
+    described_materials: Vec<DescribedMaterial>,
     textures: Arc<Vec<Texture>>,
     lights: Lights,
     /// What all emission here is a multiple of.

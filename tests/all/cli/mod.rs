@@ -7,6 +7,7 @@ mod extremes;
 mod faults;
 mod gallery;
 mod guides;
+mod info;
 mod paper;
 mod pictures;
 mod processors;
