@@ -5,7 +5,8 @@ use crate::format::reference;
 use crate::format::reference::METHODS;
 use anyhow::Result;
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use glam::Vec3;
 use std::num::NonZero;
 
 /// What of the machine is used.
@@ -42,6 +43,13 @@ pub(crate) struct Choices {
     guide: Option<String>,
     #[arg(long, value_name = "N", help = reference::help("render.seed"))]
     seed: Option<u64>,
+    /// The camera of this name, of a scene file with several. [default: that of [camera], else the first]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) camera: Option<String>,
+    /// The axis that is up, where the camera is found and in its picture: x, y, z, -x, -y or -z. [default: the scene
+    /// file's camera.up, else what an OBJ file says of itself, else y]
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true, value_parser = up())]
+    up: Option<Vec3>,
     #[command(flatten)]
     pub(crate) machine: Machine,
     /// Overrides a key of the scene file, for example guiding.resolution=32; may be repeated.
@@ -54,11 +62,19 @@ fn methods() -> PossibleValuesParser {
     PossibleValuesParser::new(METHODS.map(|(name, help)| PossibleValue::new(name).help(help.replace('`', ""))))
 }
 
+/// The axes, by name.
+fn up() -> impl TypedValueParser<Value = Vec3> {
+    const NAMES: [&str; 6] = ["x", "y", "z", "-x", "-y", "-z"];
+    const AXES: [Vec3; 6] = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
+    PossibleValuesParser::new(NAMES).map(|name| AXES[NAMES.iter().position(|known| *known == name).unwrap_or(1)])
+}
+
 impl Choices {
     /// `KEY=VALUE` for all that was chosen, after `first`; what `--set` says comes last and holds.
     pub(crate) fn overrides(&self, first: impl IntoIterator<Item = String>) -> Vec<String> {
         let method = self.guide.as_ref().map(|name| format!("guiding.method={name}"));
-        let given = [self.seed.map(|n| format!("render.seed={n}")), method];
+        let up = self.up.map(|up| format!("camera.up={up}"));
+        let given = [self.seed.map(|n| format!("render.seed={n}")), method, up];
         first.into_iter().chain(given.into_iter().flatten()).chain(self.set.iter().cloned()).collect()
     }
 }

@@ -84,8 +84,9 @@ struct State {
 
 pub(crate) fn run(arguments: &InspectArguments) -> Result<ExitCode> {
     let threads = arguments.choices.machine.start(arguments.quiet)?;
-    let (description, warnings) =
-        format::load(&arguments.scene, &arguments.choices.overrides(arguments.spp.map(|n| format!("render.spp={n}"))))?;
+    let overrides = arguments.choices.overrides(arguments.spp.map(|n| format!("render.spp={n}")));
+    let camera = arguments.choices.camera.as_deref();
+    let (description, warnings) = format::load_seen_by(&arguments.scene, camera, &overrides)?;
     if description.guiding.method == GuidingMethod::None {
         bail!("there is no guide to look at: guiding.method is none");
     }

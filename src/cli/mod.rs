@@ -8,6 +8,7 @@ mod choices;
 mod error;
 mod hints;
 mod image;
+mod info;
 mod inspect;
 mod keys;
 #[cfg(feature = "lab")]
@@ -49,6 +50,8 @@ struct Arguments {
 enum Command {
     /// Render a scene file (.toml, .json) or a bare model (.obj).
     Render(render::RenderArguments),
+    /// Print what a scene consists of, as it is understood: triangles, materials, textures, lights, cameras.
+    Info(info::InfoArguments),
     /// Make another picture of a rendered EXR: other exposure, tone curve, part, size or layer.
     Image(image::ImageArguments),
     /// Print how far a picture is from a reference, as JSON: MSE, relMSE (all and trimmed), MAPE, SMAPE.
@@ -65,6 +68,7 @@ enum Command {
 pub fn run() -> ExitCode {
     let result = match Arguments::try_parse().unwrap_or_else(|error| leave(error)).command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
         Command::Image(arguments) => image::run(&arguments),
         Command::Error(arguments) => error::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),

@@ -17,9 +17,11 @@ use crate::image::{Exposure, Image, Tone, ViewTransform};
 use crate::inspect::Layers;
 use crate::render::guide_file::{self, GuideFingerprint};
 use crate::render::{GuideIo, Rendering, Settings, Stop, render_until};
-use crate::scene::Scene;
+use crate::scene::description::CameraDescription;
+use crate::scene::{FoundCamera, Scene};
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::Args;
+use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -104,7 +106,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     let show = if arguments.quiet { Show::None } else { arguments.progress };
     progress::choose(show);
     let threads = arguments.choices.machine.start(arguments.quiet)?;
-    let (mut description, warnings) = format::load(&arguments.scene, &overrides(arguments))?;
+    let (mut description, warnings) =
+        format::load_seen_by(&arguments.scene, arguments.choices.camera.as_deref(), &overrides(arguments))?;
     let film = &mut description.scene.film;
     arguments.scale.map_or(Ok(()), |scale| rescale(film, scale))?;
     arguments.crop.map_or(Ok(()), |part| crop(film, &part))?;
@@ -120,6 +123,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     if !arguments.quiet {
         warn(&[warnings, more_warnings].concat());
         outputs.note().iter().for_each(|note| say(note));
+        scene.found_camera().iter().for_each(|found| say(&camera_note(found)));
     }
     let keeping = GuideIo {
         from: trained(arguments.guide_in.as_deref(), &scene, &description)?,
@@ -159,6 +163,17 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     Ok(if finite { signals.exit_code() } else { ExitCode::from(super::NOT_FINITE) })
 }
 
+/// Where the camera stands that was found, as one would write it.
+fn camera_note(found: &FoundCamera) -> String {
+    let CameraDescription { origin, target, up, vfov, .. } = &found.camera;
+    let place = if found.outside { "outside, where all of the model is in the picture" } else { "where most is seen" };
+    let up = if *up == Vec3::Y { String::new() } else { format!(" --set 'camera.up={up}'") };
+    format!(
+        "note: the camera stands {place}: --set 'camera.origin={origin}' --set 'camera.target={target}'{up} --set \
+         camera.vfov={vfov}"
+    )
+}
+
 /// Writes all that was asked for and says so; `false` where pixels are not finite.
 fn conclude(outputs: &Outputs, context: &Context, rendering: &Rendering, bar: Bar, quiet: bool) -> Result<bool> {
     bar.stage(Stage::Writing);
@@ -166,6 +181,7 @@ fn conclude(outputs: &Outputs, context: &Context, rendering: &Rendering, bar: Ba
     outputs.write(context, rendering, &report)?;
     bar.finish();
     if !quiet {
+        report.blackness().iter().for_each(|black| say(&format!("warning: {black}")));
         say(&report.summary());
         outputs.paths().for_each(|path| say(&format!("wrote {}", path.display())));
     }

@@ -3,14 +3,16 @@
 use super::layers::layers;
 use super::output::Denoised;
 use crate::film::ExtraLayer;
+use crate::film::accumulate::Estimate;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::{Layer, NonFinite, Tone, ViewTransform};
 use crate::inspect::Layers;
 use crate::integrator::Counters;
+use crate::math::Rgb;
 use crate::platform::Platform;
 use crate::render::guide_file::GuideFingerprint;
 use crate::render::{IterationReport, Rendering, Trial, Verdict};
-use crate::scene::Scene;
+use crate::scene::{Scene, why_dark};
 use serde::Serialize;
 
 /// Version of the JSON's shape; a change that breaks readers raises it.
@@ -62,6 +64,8 @@ pub(crate) struct Report {
     /// Pixels of the picture and its layers, and the first of them.
     non_finite_pixels: usize,
     first_non_finite_pixel: Option<NonFinite>,
+    /// The likely reason, where all of the picture is black.
+    black_picture: Option<&'static str>,
     /// Stops by which the PNG is brightened, whether they were found by what the picture shows, and its tone curve.
     exposure_stops: f32,
     exposure_auto: bool,
@@ -164,6 +168,7 @@ impl Report {
             non_finite_samples: total.non_finite,
             non_finite_pixels: non_finite.as_ref().map_or(0, |found| found.pixels),
             first_non_finite_pixel: non_finite,
+            black_picture: why_black(context.scene, &rendering.estimate),
             exposure_stops: context.view.stops,
             exposure_auto: context.exposure_auto,
             tone: context.view.tone.name(),
@@ -184,6 +189,11 @@ impl Report {
     /// What is not finite in the picture and its layers.
     pub(crate) fn non_finite(&self) -> Option<&NonFinite> {
         self.first_non_finite_pixel.as_ref()
+    }
+
+    /// That nothing can be seen, and the likely reason.
+    pub(crate) fn blackness(&self) -> Option<String> {
+        self.black_picture.map(|reason| format!("the picture is black; {reason}"))
     }
 
     /// The few lines that a person wants at the end.
@@ -229,6 +239,13 @@ impl Report {
         lines.extend(verdict.as_ref().map(reason));
         lines
     }
+}
+
+/// Why a picture has no light at all; `None` where it has, and where nothing was rendered.
+fn why_black(scene: &Scene, estimate: &Estimate) -> Option<&'static str> {
+    let rendered = estimate.spread().1 > 0;
+    let black = rendered && estimate.mean.iter().all(|pixel| *pixel == Rgb::ZERO);
+    black.then(|| why_dark(scene).reason())
 }
 
 impl Iteration {

@@ -57,6 +57,11 @@ impl FilmSettings {
         Err(format!("{width} × {height} pixels at ({x}, {y}) are no part of a picture of {all_width} × {all_height}"))
     }
 
+    /// Takes these for width and height, as far as they are given.
+    pub(crate) fn resize(&mut self, [width, height]: [Option<u32>; 2]) {
+        (self.width, self.height) = (width.unwrap_or(self.width), height.unwrap_or(self.height));
+    }
+
     /// Reads `[film]` over what there is.
     pub(crate) fn read(&mut self, t: &mut Reader) -> Result<(), Fault> {
         let filters = [("box", Filter::Box), ("tent", Filter::Tent), ("gaussian", Filter::Gaussian)];

@@ -11,7 +11,7 @@ use crate::document::{At, COORDINATE, Entries, Entry, Fault, NOT_NEGATIVE, Node,
 use crate::document::{from_json, read_text};
 use crate::film::SIDE;
 use crate::math::Rgb;
-use crate::scene::description::{CameraDescription, SceneDescription};
+use crate::scene::description::{CameraDescription, NamedCamera, SceneDescription, Unsaid};
 use std::path::Path;
 
 /// What says where a scene comes from, or again what the OBJ says.
@@ -45,7 +45,12 @@ impl Import<'_> {
         let mut t = Reader::new("the scene", root)?;
         self.scene.meshes.push(whole_file(&t.require("obj")?.path("obj", self.base)?));
         if let Some(node) = t.take("camera") {
-            self.camera(node)?;
+            let NamedCamera { camera, size, .. } = self.camera("camera".into(), node)?;
+            self.scene.film.resize(size);
+            self.scene.camera = Some(camera);
+        }
+        if let Some(node) = t.take("cameras") {
+            self.cameras(node)?;
         }
         if let Some(node) = t.take("materials") {
             self.materials(node)?;
@@ -60,11 +65,22 @@ impl Import<'_> {
         Ok(())
     }
 
+    /// An object with a camera for each name.
+    fn cameras(&mut self, node: Node) -> Result<(), Fault> {
+        let mut entries: Vec<(String, Entry)> = Reader::new("cameras", node)?.into_entries().into_iter().collect();
+        entries.sort_by_key(|(_, entry)| entry.key);
+        for (name, entry) in entries {
+            let camera = self.camera(format!("camera `{name}`"), entry.node)?;
+            self.scene.cameras.push(NamedCamera { name, ..camera });
+        }
+        Ok(())
+    }
+
     /// Perspective; the film's size is here too. `to_world` says the same as origin, target and up.
-    fn camera(&mut self, node: Node) -> Result<(), Fault> {
-        let mut t = Reader::new("camera", node)?;
+    fn camera(&mut self, label: String, node: Node) -> Result<NamedCamera, Fault> {
+        let mut t = Reader::new(label, node)?;
         t.chosen("type", &[("perspective", ())])?;
-        let mut c = CameraDescription::default();
+        let mut c = CameraDescription { unsaid: Unsaid::default(), ..Default::default() };
         t.point("origin", COORDINATE, &mut c.origin)?;
         t.point("target", COORDINATE, &mut c.target)?;
         t.vector("up", COORDINATE, &mut c.up)?;
@@ -72,12 +88,13 @@ impl Import<'_> {
         t.flag("mirrored_x", &mut c.mirrored)?;
         camera::needs(&t, &["origin", "target", "vfov_deg"])?;
         camera::check_camera(&t, &c)?;
-        t.integer("width", SIDE, &mut self.scene.film.width)?;
-        t.integer("height", SIDE, &mut self.scene.film.height)?;
+        let mut size = [1; 2];
+        t.integer("width", SIDE, &mut size[0])?;
+        t.integer("height", SIDE, &mut size[1])?;
+        let size = [("width", size[0]), ("height", size[1])].map(|(key, side)| t.has(key).then_some(side));
         ignore(&mut t, &["to_world"]);
         self.finish(&t)?;
-        self.scene.camera = Some(c);
-        Ok(())
+        Ok(NamedCamera { name: String::new(), camera: c, size })
     }
 
     fn materials(&mut self, node: Node) -> Result<(), Fault> {

@@ -12,6 +12,7 @@ mod toml;
 #[cfg(feature = "lab")]
 pub(crate) use model::whole_file;
 
+use crate::document::suggest::unknown;
 use crate::document::{Node, Reader, Source, overrides_tree};
 use crate::embree::Device;
 use crate::film::accumulate::BYTES_PER_LAYER;
@@ -19,7 +20,7 @@ use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, U
 use crate::integrator::{IntegratorSettings, Roulette};
 use crate::io::memory;
 use crate::render::{Order, RenderSettings};
-use crate::scene::description::SceneDescription;
+use crate::scene::description::{NamedCamera, SceneDescription};
 use crate::scene::{LoadStage, Scene};
 use crate::{Error, Result};
 use std::path::Path;
@@ -98,17 +99,39 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<(SceneFile, Vec<String>
     load_layers(path, &[], overrides)
 }
 
+/// As [`load`], seen by the camera of this name; without one by that of `[camera]`, else by the first with a name.
+///
+/// # Errors
+/// As [`load`]; a name that no camera has.
+pub(crate) fn load_seen_by(
+    path: &Path,
+    camera: Option<&str>,
+    overrides: &[String],
+) -> Result<(SceneFile, Vec<String>)> {
+    load_all(path, camera, &[], overrides)
+}
+
 /// As [`load`], where `common` overrides come first, which may be meant for other methods than the one that comes to hold: of
 /// those, keys that mean nothing are no fault.
 ///
 /// # Errors
 /// As [`load`]; `overrides` are counted after those in `common`.
 pub(crate) fn load_layers(path: &Path, common: &[String], overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
+    load_all(path, None, common, overrides)
+}
+
+fn load_all(
+    path: &Path,
+    camera: Option<&str>,
+    common: &[String],
+    overrides: &[String],
+) -> Result<(SceneFile, Vec<String>)> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let Some((_, read)) = READERS.iter().find(|(end, _)| *end == extension) else {
         return Err(Error::file(path, "not a scene: its name must end in .toml, .json or .obj"));
     };
     let (mut file, warnings) = read(path)?;
+    choose_camera(&mut file.scene, camera).map_err(|message| Error::file(path, message))?;
     apply_overrides(&mut file, path, common, true)?;
     let counted = |error| match error {
         Error::Override { index, text, message } => Error::Override { index: index + common.len(), text, message },
@@ -117,6 +140,26 @@ pub(crate) fn load_layers(path: &Path, common: &[String], overrides: &[String]) 
     apply_overrides(&mut file, path, overrides, false).map_err(counted)?;
     check_order(&file, path)?;
     Ok((file, warnings))
+}
+
+/// Makes the camera of this name the scene's.
+fn choose_camera(scene: &mut SceneDescription, name: Option<&str>) -> Result<(), String> {
+    let chosen = match name {
+        None if scene.camera.is_some() => return Ok(()),
+        None => scene.cameras.first(),
+        Some(name) => Some(scene.cameras.iter().find(|camera| camera.name == name).ok_or_else(|| {
+            let names = scene.cameras.iter().map(|camera| camera.name.as_str());
+            match scene.cameras.is_empty() {
+                true => format!("there is no camera `{name}`, for no camera of this scene has a name"),
+                false => unknown(&format!("there is no camera `{name}`"), name, names),
+            }
+        })?),
+    };
+    if let Some(NamedCamera { camera, size, .. }) = chosen {
+        scene.film.resize(*size);
+        scene.camera = Some(camera.clone());
+    }
+    Ok(())
 }
 
 /// Parses the text of a TOML scene file. `path` names it in errors, and paths in it are relative to its folder.

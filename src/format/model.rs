@@ -12,7 +12,7 @@ use std::path::Path;
 pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
     // Nobody has said how bright its lights are, or looked at a window beside what it lights.
     let film = FilmSettings { exposure: Exposure::Auto, tone: Tone::Agx, ..Default::default() };
-    let scene = SceneDescription { film, meshes: vec![whole_file(path)], ..Default::default() };
+    let scene = SceneDescription { film, meshes: vec![whole_file(path)], sky_where_dark: true, ..Default::default() };
     Ok((SceneFile { scene, ..Default::default() }, Vec::new()))
 }
 

@@ -1,10 +1,11 @@
 //! Scene files in TOML, as docs/scene-file.md describes them.
 
 use super::SceneFile;
+use super::sections::camera::camera;
 use super::sections::{self, world};
 use crate::Result;
-use crate::document::{At, Fault, Node, Reader, Source, from_toml, read_text};
-use crate::scene::description::{InstanceDescription, MeshDescription, SceneDescription};
+use crate::document::{At, Entry, Fault, Node, Reader, Source, from_toml, read_text};
+use crate::scene::description::{InstanceDescription, MeshDescription, NamedCamera, SceneDescription};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -30,12 +31,29 @@ fn groups_without_instance(scene: &SceneDescription) -> Vec<String> {
     groups.difference(&seen).map(warning).collect::<Vec<_>>()
 }
 
+/// `[cameras.NAME]`, in the order of the file.
+fn cameras(node: Node) -> Result<Vec<NamedCamera>, Fault> {
+    let mut entries: Vec<(String, Entry)> = Reader::new("[cameras]", node)?.into_entries().into_iter().collect();
+    entries.sort_by_key(|(_, entry)| entry.key);
+    let read = |(name, entry): (String, Entry)| {
+        let mut t = Reader::new(format!("[cameras.{name}]"), entry.node)?;
+        let mut said = None;
+        camera(&mut t, &mut said)?;
+        t.finish()?;
+        Ok(NamedCamera { name, camera: said.unwrap_or_default(), size: [None; 2] })
+    };
+    entries.into_iter().map(read).collect()
+}
+
 /// A whole file's tree.
 fn whole(root: Node, source: &Source, file: &mut SceneFile) -> Result<(), Fault> {
     let base = source.folder();
     let mut root = Reader::new("the scene file", root)?;
     sections::read(&mut root, source, file)?;
     let scene = &mut file.scene;
+    if let Some(node) = root.take("cameras") {
+        scene.cameras = cameras(node)?;
+    }
     for node in root.take("mesh").map_or(Ok(vec![]), |n| n.tables("mesh"))? {
         let mut t = Reader::new("[[mesh]]", node)?;
         let mesh = world::mesh(&mut t, base)?;

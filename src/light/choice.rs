@@ -34,7 +34,7 @@ impl PowerLightSampler {
         self.table.as_ref().map_or(0.0, |table| table.pmf(light))
     }
 
-    #[cfg(test)]
+    /// Whether no light has power.
     pub fn is_empty(&self) -> bool {
         self.table.is_none()
     }

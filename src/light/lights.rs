@@ -70,9 +70,14 @@ impl Lights {
         Ok(Lights { triangles: lights, others, opacities, ids, choice })
     }
 
-    /// Whether there is nothing to sample.
-    #[cfg(test)]
-    pub fn is_empty(&self) -> bool {
+    /// Luminance of the power of each light that is no surface, in W times the lights' unit, where the scene has this radius.
+    pub fn far_powers(&self, scene_radius: f32) -> Vec<f64> {
+        let section = PI * f64::from(scene_radius).powi(2);
+        self.others.iter().map(|light| light.power(section)).collect()
+    }
+
+    /// Whether no light has any power, so that there is nothing to sample.
+    pub fn are_black(&self) -> bool {
         self.choice.is_empty()
     }
 

@@ -33,7 +33,6 @@ pub(crate) use triangle::EmissiveTriangle;
 pub(crate) use unit::LightUnit;
 
 use crate::fields::{FieldVisitor, Fields};
-#[cfg(test)]
 use crate::geometry::Ray;
 use crate::math::{Rgb, luminance};
 use crate::{Error, Result};
@@ -76,7 +75,6 @@ impl LightSample {
     }
 
     /// The ray from `origin`, just off the lit surface, that must reach the light.
-    #[cfg(test)]
     pub fn shadow_ray(&self, origin: Vec3) -> Ray {
         let Some(target) = self.target else { return Ray { org: origin, dir: self.wi, tfar: f32::INFINITY } };
         // aimed anew: the origin is not quite the point that the light was drawn from

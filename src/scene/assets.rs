@@ -1,6 +1,7 @@
 //! Meshes in place, with numbers for their materials: what a scene consists of before anything is built.
 
 use super::description::{MaterialDescription, MeshDescription, SceneDescription};
+use super::inventory::{DescribedMaterial, MaterialSource};
 use super::model::Model;
 use super::{hash, origin};
 use crate::Result;
@@ -28,6 +29,8 @@ pub(crate) struct LoadedAssets {
     pub(crate) materials: Vec<MaterialDescription>,
     /// Of the materials.
     pub(crate) names: Vec<String>,
+    /// The materials before pictures that are missing are replaced, with who describes them.
+    pub(super) described: Vec<DescribedMaterial>,
     /// Index in `materials` by library and name: two models may use one name for two things.
     ids: FxHashMap<(Option<usize>, String), u32>,
     pub(crate) warnings: Vec<String>,
@@ -108,6 +111,7 @@ impl LoadedAssets {
         if let Some(&id) = self.ids.get(&(owner, name.to_string())) {
             return Ok(id);
         }
+        self.described.push(described(name, named, loaded.materials.get(name)));
         let own =
             || loaded.materials.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
         let unknown = || MaterialDescription::unknown(loaded.mesh.colors.is_some());
@@ -167,6 +171,21 @@ fn no_material(subject: &str, name: &str, known: BTreeSet<&str>) -> String {
         }
         None => format!("{subject}: known are {}", list(&known)),
     }
+}
+
+/// A material as the scene file has it, else as its library has it.
+fn described(
+    name: &str,
+    of_scene: Option<&MaterialDescription>,
+    of_library: Option<&MaterialDescription>,
+) -> DescribedMaterial {
+    let source = match (of_scene, of_library) {
+        (Some(_), _) => MaterialSource::SceneFile,
+        (None, Some(_)) => MaterialSource::Library,
+        (None, None) => MaterialSource::Nobody,
+    };
+    let description = of_scene.or(of_library).cloned().unwrap_or_default();
+    DescribedMaterial { name: name.to_string(), description, source }
 }
 
 /// Libraries travel without their pictures: a material from one goes on in half of its own colour, and opaque, and says

@@ -4,7 +4,7 @@ use crate::film::{FilmSettings, Filter};
 use crate::geometry::Ray;
 use crate::math::rng::Rng;
 use crate::math::warp::square_to_disk;
-use crate::scene::description::{CameraDescription, Projection};
+use crate::scene::description::{CameraDescription, Projection, Unsaid};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -74,13 +74,23 @@ impl Camera {
         })
     }
 
-    /// A camera that sees the whole box, from a little above.
-    pub(crate) fn for_bounds(low: Vec3, high: Vec3) -> CameraDescription {
+    /// The camera that was described where and whither, else one that sees the whole box from a little above: a stand-in
+    /// until one is found, and for renderers that are only measured.
+    pub(crate) fn in_place(said: Option<&CameraDescription>, (low, high): (Vec3, Vec3)) -> CameraDescription {
+        if let Some(camera) = said.filter(|camera| !camera.unsaid.is_open()) {
+            return camera.clone();
+        }
         let (centre, radius) = ((low + high) * 0.5, (high - low).length() * 0.5);
         let vfov = 40.0f32;
         let distance = radius / (0.5 * vfov).to_radians().sin();
         let origin = centre + Vec3::new(0.5, 0.35, 1.0).normalize() * distance;
-        CameraDescription { origin: origin.as_dvec3(), target: centre.as_dvec3(), vfov, ..CameraDescription::default() }
+        CameraDescription {
+            origin: origin.as_dvec3(),
+            target: centre.as_dvec3(),
+            vfov,
+            unsaid: Unsaid::default(),
+            ..CameraDescription::default()
+        }
     }
 
     /// Number of pixel `(x, y)` in the whole film, row by row: random numbers are a pixel's own, whatever part is rendered.

@@ -16,8 +16,13 @@ use std::sync::Arc;
 /// A whole scene as written. Paths are already resolved against the file that names them.
 #[derive(Clone, Debug, Default)]
 pub struct SceneDescription {
-    /// `None`: the camera is placed so that the whole scene is seen.
+    /// `None`: nothing is said of it, and all of it is found.
     pub(crate) camera: Option<CameraDescription>,
+    /// Other cameras, by name, of which one may be chosen.
+    pub(crate) cameras: Vec<NamedCamera>,
+    /// A sky is added also where there are lights but none of theirs reaches the camera: for models that nobody has made a
+    /// scene of.
+    pub(crate) sky_where_dark: bool,
     pub(crate) film: FilmSettings,
     pub meshes: Vec<MeshDescription>,
     /// Where groups of meshes stand.
@@ -58,10 +63,40 @@ pub(crate) struct CameraDescription {
     pub(crate) focus_distance: Option<f32>,
     /// The picture is flipped left to right (scene formats with a left-handed camera).
     pub(crate) mirrored: bool,
+    pub(crate) unsaid: Unsaid,
+}
+
+/// A camera that can be chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NamedCamera {
+    pub(crate) name: String,
+    pub(crate) camera: CameraDescription,
+    /// Width and height of its picture, where the file says so.
+    pub(crate) size: [Option<u32>; 2],
+}
+
+/// Which keys of a camera nobody has said. What they hold counts for nothing where the camera is found by what is seen
+/// ([`super::view`]); where origin and target are both said, it is their default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Unsaid {
+    pub(crate) origin: bool,
+    pub(crate) target: bool,
+    pub(crate) up: bool,
+    pub(crate) vfov: bool,
+}
+
+impl Unsaid {
+    /// Nothing is said.
+    pub(crate) const ALL: Unsaid = Unsaid { origin: true, target: true, up: true, vfov: true };
+
+    /// Whether the camera has to be found.
+    pub(crate) fn is_open(&self) -> bool {
+        self.origin || self.target
+    }
 }
 
 impl Default for CameraDescription {
-    /// What a camera has before its keys are read.
+    /// A perspective one of which nothing is said, with +y up.
     fn default() -> CameraDescription {
         CameraDescription {
             projection: Projection::Perspective,
@@ -73,6 +108,7 @@ impl Default for CameraDescription {
             aperture_radius: 0.0,
             focus_distance: None,
             mirrored: false,
+            unsaid: Unsaid::ALL,
         }
     }
 }

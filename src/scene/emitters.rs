@@ -19,26 +19,35 @@ pub(super) struct Surfaces<'a> {
     pub(crate) textures: &'a Arc<Vec<Texture>>,
 }
 
-/// All lights, and the unit of their emission.
-pub(super) fn lights(
-    mut others: Vec<Light>,
-    surfaces: &Surfaces,
-    bounds: (Vec3, Vec3),
-    warnings: &mut Vec<String>,
-) -> Result<(Lights, LightUnit)> {
+/// All lights of a scene.
+pub(super) struct Lighting {
+    pub(crate) lights: Lights,
+    /// Of their emission.
+    pub(crate) unit: LightUnit,
+    /// Whether there was none, and a sky was added.
+    pub(crate) sky_added: bool,
+}
+
+/// A light for scenes that have none.
+pub(super) fn sky() -> Light {
+    ConstantLight { radiance: Rgb::ONE }.into()
+}
+
+/// The lights of the surfaces, beside the `others`; a sky where there are neither.
+pub(super) fn lights(mut others: Vec<Light>, surfaces: &Surfaces, bounds: (Vec3, Vec3)) -> Result<Lighting> {
     let own = (0..).zip(surfaces.meshes).flat_map(|(k, mesh)| surfaces.emitters(k, mesh, None));
     let placed = surfaces.instances.surfaces();
     let placed = placed.flat_map(|(k, mesh, place)| surfaces.emitters(k, mesh, Some(place)));
     let mut emissive = collected(own.chain(placed))?;
-    if emissive.is_empty() && others.is_empty() {
-        warnings.push("nothing emits light in this scene: a constant sky of radiance 1 is added".into());
-        others.push(ConstantLight { radiance: Rgb::ONE }.into());
+    let sky_added = emissive.is_empty() && others.is_empty();
+    if sky_added {
+        others.push(sky());
     }
     let radius = 0.5 * (bounds.1 - bounds.0).length();
     let unit = LightUnit::of(&emissive, &others, radius);
     emissive.iter_mut().for_each(|triangle| triangle.radiance = unit.divide(triangle.radiance));
     let others = others.into_iter().map(|light| unit.divide_light(light)).collect();
-    Ok((Lights::build(&emissive, others, radius)?, unit))
+    Ok(Lighting { lights: Lights::build(&emissive, others, radius)?, unit, sky_added })
 }
 
 impl<'a> Surfaces<'a> {

@@ -109,8 +109,13 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
     let FilmSettings { width, height, filter, crop, exposure: _, tone: _ } = film;
     let mut canon = Canon::new(VIEW);
     canon.u64(content);
-    canon.flag(camera.is_some());
-    camera.iter().for_each(|camera| add_camera(camera, &mut canon));
+    let whole = camera.filter(|camera| !camera.unsaid.is_open());
+    canon.flag(whole.is_some());
+    match (whole, camera) {
+        (Some(whole), _) => add_camera(whole, &mut canon),
+        (None, Some(camera)) => said_of(&mut canon, camera),
+        (None, None) => {}
+    }
     canon.u32(*width);
     canon.u32(*height);
     crop.iter().flatten().for_each(|side| canon.u32(*side));
@@ -124,11 +129,15 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
 
 /// Pinholes add what they always did, so that their scenes keep their hashes.
 fn add_camera(camera: &CameraDescription, canon: &mut Canon) {
-    let CameraDescription { projection, origin, target, up, vfov, view_height, .. } = camera;
-    let CameraDescription { aperture_radius, focus_distance, mirrored, .. } = camera;
+    let CameraDescription { origin, target, up, vfov, mirrored, .. } = camera;
     [origin.as_vec3(), target.as_vec3(), *up].into_iter().for_each(|v| canon.vector(v));
     canon.floats([*vfov]);
     canon.flag(*mirrored);
+    add_projection(camera, canon);
+}
+
+fn add_projection(camera: &CameraDescription, canon: &mut Canon) {
+    let CameraDescription { projection, view_height, aperture_radius, focus_distance, .. } = camera;
     match projection {
         Projection::Perspective => {}
         Projection::Orthographic => {
@@ -141,6 +150,20 @@ fn add_camera(camera: &CameraDescription, canon: &mut Canon) {
         canon.u32(3);
         canon.floats([*aperture_radius, focus_distance.unwrap_or(0.0)]);
     }
+}
+
+/// Of a camera that has to be found.
+fn said_of(canon: &mut Canon, camera: &CameraDescription) {
+    let CameraDescription { origin, target, up, vfov, mirrored, unsaid, .. } = camera;
+    let said = [(unsaid.origin, origin.as_vec3()), (unsaid.target, target.as_vec3()), (unsaid.up, *up)];
+    for (unsaid, value) in said {
+        canon.flag(!unsaid);
+        (!unsaid).then(|| canon.vector(value));
+    }
+    canon.flag(!unsaid.vfov);
+    (!unsaid.vfov).then(|| canon.floats([*vfov]));
+    canon.flag(*mirrored);
+    add_projection(camera, canon);
 }
 
 #[cfg(test)]

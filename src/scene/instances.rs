@@ -81,6 +81,11 @@ impl Instances {
         &self.places[(hit.instance - self.first_id) as usize]
     }
 
+    /// The groups' meshes, and how many places there are.
+    pub(crate) fn counts(&self) -> (&[Vec<Arc<Mesh>>], usize) {
+        (&self.groups, self.places.len())
+    }
+
     /// Every surface: its number, its mesh, and where it stands.
     pub(crate) fn surfaces(&self) -> impl Iterator<Item = (u32, &Arc<Mesh>, &Placement)> + Clone {
         self.places.iter().flat_map(|place| {

@@ -3,16 +3,16 @@
 use super::assets::LoadedAssets;
 use super::build::Build;
 use super::description::{MaterialDescription, SceneDescription};
-use super::emitters::{Surfaces, lights};
+use super::emitters::{Lighting, Surfaces, lights, sky};
 use super::hash;
 use super::material::Material;
-use super::{Camera, Scene, SceneNames};
+use super::{Camera, Scene, SceneNames, view};
 use crate::bsdf::CoatTables;
 use crate::embree::Device;
 use crate::film::FilmSettings;
 use crate::film::accumulate::BYTES_PER_PIXEL;
 use crate::io::memory;
-use crate::light::Findings;
+use crate::light::{Findings, Light, LightUnit};
 use crate::texture::{Texture, TextureCache};
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -67,7 +67,7 @@ impl Scene {
         watch(LoadStage::Models);
         let gathered = LoadedAssets::of(description)?;
         let names = SceneNames::of(description, &gathered);
-        let LoadedAssets { meshes, hashes, materials, mut warnings, description, origin, .. } = gathered;
+        let LoadedAssets { meshes, hashes, materials, described, mut warnings, description, origin, .. } = gathered;
         let description = &description;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
@@ -91,30 +91,72 @@ impl Scene {
 
         let bounds = geometry.bounds().ok_or_else(|| Error::Scene("the scene has no extent".into()))?;
         let surfaces = Surfaces { meshes: &meshes, instances: &instances, materials: &resolved, textures: &textures };
-        let (lights, light_unit) = lights(far, &surfaces, bounds, &mut warnings)?;
-        let reckoned = resolved.iter().map(|m| m.with_emission(|emission| light_unit.divide(emission)));
-        let camera = description.camera.clone().unwrap_or_else(|| Camera::for_bounds(bounds.0, bounds.1));
+        let Lighting { lights, unit, sky_added } = lights(far.clone(), &surfaces, bounds)?;
+        if sky_added {
+            warnings.push(format!("nothing emits light in this scene: {SKY_IS_ADDED}"));
+        }
         let film = &description.film;
         // what the scene took is no longer there
         check_memory(film)?;
-        let scene = Scene {
+        let camera = Camera::in_place(description.camera.as_ref(), bounds);
+        let mut scene = Scene {
             camera: Camera::new(&camera, film)?,
+            found_camera: None,
             geometry,
             hash: hash::view(description.camera.as_ref(), film, content_hash),
             content_hash,
             meshes,
             instances,
-            materials: Arc::new(reckoned.collect()),
+            materials: in_unit(&resolved, unit),
+            described_materials: described,
             textures,
             lights,
-            light_unit,
+            light_unit: unit,
             names,
             bounds,
             origin,
             build_seconds,
         };
+        scene.look(description)?;
+        if description.sky_where_dark && !sky_added && !scene.is_lit() {
+            warnings.push(format!("no light of this model reaches the camera: {SKY_IS_ADDED}"));
+            scene.add_sky(far, &resolved)?;
+            scene.look(description)?;
+        }
         Ok((scene, warnings))
     }
+
+    /// Finds what nobody has said of the camera.
+    fn look(&mut self, description: &SceneDescription) -> Result<()> {
+        let camera = view::said(description);
+        let film = &description.film;
+        self.found_camera = camera.unsaid.is_open().then(|| view::find(self, &camera));
+        let camera = self.found_camera.as_ref().map_or(&camera, |found| &found.camera);
+        self.camera = Camera::new(camera, film)?;
+        Ok(())
+    }
+
+    /// Whether any light reaches the camera.
+    fn is_lit(&self) -> bool {
+        self.found_camera.as_ref().is_some_and(|found| found.lit) || view::is_lit(self)
+    }
+
+    /// Adds a sky to the lights: those in `far`, and surfaces of these `materials`.
+    fn add_sky(&mut self, mut far: Vec<Light>, materials: &Arc<Vec<Material>>) -> Result<()> {
+        far.push(sky());
+        let Scene { meshes, instances, textures, bounds, .. } = &*self;
+        let surfaces = Surfaces { meshes, instances, materials, textures };
+        let Lighting { lights, unit, .. } = lights(far, &surfaces, *bounds)?;
+        (self.lights, self.light_unit, self.materials) = (lights, unit, in_unit(materials, unit));
+        Ok(())
+    }
+}
+
+const SKY_IS_ADDED: &str = "a constant sky of radiance 1 is added";
+
+/// The materials with their emission in this unit.
+fn in_unit(materials: &[Material], unit: LightUnit) -> Arc<Vec<Material>> {
+    Arc::new(materials.iter().map(|m| m.with_emission(|emission| unit.divide(emission))).collect())
 }
 
 /// That there is memory for the picture, before it is asked for.

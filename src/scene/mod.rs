@@ -7,16 +7,19 @@ pub mod description;
 mod emitters;
 mod hash;
 mod instances;
+mod inventory;
 mod load;
 pub(crate) mod material;
 pub(crate) mod model;
 mod names;
 pub mod obj;
 mod origin;
+mod view;
 
 #[cfg(any(test, feature = "lab"))]
 pub(crate) use assets::LoadedAssets;
 pub use camera::Camera;
+pub(crate) use inventory::{DescribedMaterial, Inventory, MaterialSource, MaterialUse};
 pub(crate) use load::LoadStage;
 
 use crate::bsdf::Bsdf;
@@ -30,15 +33,19 @@ use instances::{Instances, NO_INSTANCE};
 use material::Material;
 pub(crate) use names::SceneNames;
 use std::sync::Arc;
+pub(crate) use view::{FoundCamera, why_dark};
 
 /// A scene, loaded and built. Nothing of it changes while it is rendered.
 pub struct Scene {
     pub camera: Camera,
+    /// Where nobody has said where it stands or whither it looks.
+    found_camera: Option<FoundCamera>,
     geometry: embree::Scene,
     /// Those that are no part of a group.
     meshes: Vec<Arc<Mesh>>,
     instances: Instances,
     materials: Arc<Vec<Material>>,
+    described_materials: Vec<DescribedMaterial>,
     textures: Arc<Vec<Texture>>,
     lights: Lights,
     /// What all emission here is a multiple of.
@@ -138,6 +145,11 @@ impl Scene {
     #[inline]
     pub(crate) fn lights(&self) -> &Lights {
         &self.lights
+    }
+
+    /// The camera, where it was found by what can be seen.
+    pub(crate) fn found_camera(&self) -> Option<&FoundCamera> {
+        self.found_camera.as_ref()
     }
 
     /// Corners of the box around all surfaces.

@@ -1,23 +1,31 @@
 //! `[camera]`, and what every section has in common.
 
 use crate::document::{Bounds, COORDINATE, Fault, Key, NOT_NEGATIVE, Node, POSITIVE, Reader, key};
-use crate::scene::description::{CameraDescription, Projection};
+use crate::scene::description::{CameraDescription, Projection, Unsaid};
 
 /// Degrees of a field of view.
 pub(in crate::format) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
-/// `None` before means that the section places a camera, else it changes the one there is.
+const ORIGIN: &str = "where the eye is; without it, a place is found from which most is seen";
+const TARGET: &str =
+    "what is in the middle of the picture; other than `origin`; without it, a direction is found in which most is seen";
+const UP: &str =
+    "what is up in the picture; not zero, and not along the view; without it +y, or what an OBJ file says of itself";
+const FIELD: &str = "field of view from the lower to the upper edge; where the camera is found, that of a usual lens";
+
+/// Reads over the camera there is. What nobody says is found when the scene is loaded.
 pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescription>) -> Result<(), Fault> {
     let mut c = camera.clone().unwrap_or_default();
-    let new = camera.is_none();
-    let placed = |k: Key| if new { k.required() } else { k };
-    t.point(placed(key("origin", "where the eye is").unit("length")), COORDINATE, &mut c.origin)?;
-    let target = key("target", "what is in the middle of the picture; other than `origin`").unit("length");
-    t.point(placed(target), COORDINATE, &mut c.target)?;
-    let up = "what is up in the picture; not zero, and not along the view";
-    t.vector(key("up", up), COORDINATE, &mut c.up)?;
+    t.point(key("origin", ORIGIN).unit("length").optional(), COORDINATE, &mut c.origin)?;
+    t.point(key("target", TARGET).unit("length").optional(), COORDINATE, &mut c.target)?;
+    t.vector(key("up", UP).optional(), COORDINATE, &mut c.up)?;
     projection(t, &mut c)?;
     t.flag(key("mirrored", "flips the picture left to right"), &mut c.mirrored)?;
-    t.complete()?;
+    let Unsaid { origin, target, up, vfov } = &mut c.unsaid;
+    for (key, unsaid) in [("origin", origin), ("target", target), ("up", up), ("vfov", vfov)] {
+        *unsaid &= !t.has(key);
+    }
+    // Its default is for a camera that has a place.
+    c.unsaid.vfov &= c.unsaid.is_open();
     check_camera(t, &c)?;
     *camera = Some(c);
     Ok(())
@@ -36,7 +44,7 @@ fn projection(t: &mut Reader, c: &mut CameraDescription) -> Result<(), Fault> {
     t.choice(key("projection", projection), PROJECTIONS, &mut c.projection)?;
     let perspective = |k: Key| k.only(c.projection == Projection::Perspective, "`projection = \"perspective\"`");
     let orthographic = |k: Key| k.only(c.projection == Projection::Orthographic, "`projection = \"orthographic\"`");
-    let vfov = key("vfov", "field of view from the lower to the upper edge").unit("degrees");
+    let vfov = key("vfov", FIELD).unit("degrees");
     t.number(perspective(vfov), VFOV, &mut c.vfov)?;
     let height = key("view_height", "from the lower to the upper edge of the picture").unit("length");
     t.number(orthographic(height), POSITIVE, &mut c.view_height)?;
@@ -58,14 +66,18 @@ pub(in crate::format) fn needs(t: &Reader, keys: &[&str]) -> Result<(), Fault> {
 
 /// That the three vectors span a frame.
 pub(in crate::format) fn check_camera(t: &Reader, c: &CameraDescription) -> Result<(), Fault> {
+    let open = c.unsaid.is_open();
     let view = c.target - c.origin;
-    if view.length() == 0.0 {
+    if !open && view.length() == 0.0 {
         let at = t.place(&["target", "origin"]);
         return Err(Fault::new(at, "`target` must differ from `origin`"));
     }
     let up = c.up.as_dvec3();
+    if up.length() == 0.0 {
+        return Err(Fault::new(t.place(&["up"]), "`up` must not be zero or parallel to the view"));
+    }
     // The sine of the angle between them; below about 1e-6, `f32` can no longer tell the camera's right.
-    if view.cross(up).length() <= 1e-6 * view.length() * up.length() {
+    if !open && view.cross(up).length() <= 1e-6 * view.length() * up.length() {
         let at = t.place(&["up", "target", "origin"]);
         return Err(Fault::new(at, "`up` must not be zero or parallel to the view"));
     }

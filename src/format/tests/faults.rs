@@ -117,6 +117,8 @@ fn numbers_out_of_range_are_refused() {
         ("[film]\nheight = 65537", "2:10: `height` must be between 1 and 65536, found 65537"),
         ("[film]\nexposure = nan", "2:12: `exposure` must be finite, found NaN"),
         ("[film]\nexposure = 1e40", "2:12: `exposure` must be finite, found 1e40"),
+        ("[cameras.a]\nvfo = 18", "2:1: unknown key `vfo` in [cameras.a]: did you mean `vfov`?"),
+        ("[cameras]\na = 18", "2:5: [cameras.a] must be a table, found an integer"),
         ("[camera]\nvfov = 180", "2:8: `vfov` must be greater than 0 and less than 180, found 180"),
         (
             "[camera]\nvfov = 179.9999999999",
@@ -160,7 +162,7 @@ fn contradictions_are_refused() {
             "[guiding]\nresolution = 129\nmethod = 'adaptive'",
             "2:14: `resolution` must be at most 128 with method `adaptive`, found 129",
         ),
-        ("[camera]\norigin = [0, 0, 0]", "1:1: [camera] needs `target`"),
+        ("[camera]\nup = [0, 0, 0]", "2:6: `up` must not be zero or parallel to the view"),
         ("[camera]\norigin = [1, 0, 0]\ntarget = [1, 0, 0]", "3:10: `target` must differ from `origin`"),
         ("[camera]\ntarget = [1, 2, 0]\norigin = [1, 0, 0]", "2:10: `up` must not be zero or parallel to the view"),
         (

@@ -164,6 +164,51 @@ fn overrides_that_are_wrong_name_themselves() {
 }
 
 #[test]
+fn keys_of_a_camera_can_be_given_one_by_one() {
+    let unsaid = |text: &str, overrides: &[&str]| parsed(text, overrides).unwrap().scene.camera.unwrap().unsaid;
+    assert_eq!(unsaid("[camera]\norigin = [0, 0, 0]", &[]), Unsaid { origin: false, ..Unsaid::ALL });
+    assert_eq!(unsaid("", &["camera.vfov=20"]), Unsaid { vfov: false, ..Unsaid::ALL });
+    assert_eq!(unsaid("[camera]\ntarget = [1, 2, 3]", &["camera.up=[0, 0, 1]"]).up, false);
+    // a camera with a place has the page's defaults
+    let camera = parsed("[camera]\norigin = [0, 0, 0]", &["camera.target=[0, 0, 1]"]).unwrap().scene.camera.unwrap();
+    assert!(!camera.unsaid.is_open() && !camera.unsaid.vfov && camera.vfov == 45.0);
+}
+
+#[test]
+fn cameras_with_names_are_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let named = "origin = [1, 0, 0]\ntarget = [0, 0, 0]\n";
+    let cameras = format!("[cameras.side]\n{named}vfov = 20\n[cameras.front]\n{named}vfov = 30\n");
+    let json = r#"{"obj": "a.obj", "cameras": {
+        "side": {"origin": [1, 0, 0], "target": [0, 0, 0], "vfov_deg": 20, "width": 64, "height": 48},
+        "front": {"origin": [0, 0, 1], "target": [0, 0, 0], "vfov_deg": 30}}}"#;
+    let texts = [("several.toml", &*cameras), ("with.toml", &format!("[camera]\n{named}vfov = 40\n{cameras}"))];
+    for (name, text) in texts.into_iter().chain([("scene.json", json)]) {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let seen_by = |file: &str, camera: Option<&str>, overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(|s| s.to_string()).collect();
+        load_seen_by(&folder.path().join(file), camera, &overrides).map(|(file, _)| file.scene)
+    };
+    let vfov = |file, camera| seen_by(file, camera, &[]).unwrap().camera.unwrap().vfov;
+    for file in ["several.toml", "scene.json"] {
+        assert_eq!((vfov(file, Some("front")), vfov(file, Some("side")), vfov(file, None)), (30.0, 20.0, 20.0));
+    }
+    assert_eq!((vfov("with.toml", None), vfov("with.toml", Some("side"))), (40.0, 20.0));
+    let film = seen_by("scene.json", Some("side"), &[]).unwrap().film;
+    assert_eq!((film.width, film.height), (64, 48));
+    assert_eq!(seen_by("scene.json", Some("front"), &[]).unwrap().film, FilmSettings::default());
+    let changed = seen_by("several.toml", Some("front"), &["camera.vfov=5"]).unwrap().camera.unwrap();
+    assert_eq!((changed.vfov, changed.origin.as_vec3()), (5.0, Vec3::X));
+
+    let fault = |file, camera| seen_by(file, Some(camera), &[]).unwrap_err().to_string();
+    assert!(fault("several.toml", "frnt").ends_with("there is no camera `frnt`: did you mean `front`?"));
+    assert!(fault("scene.json", "top-down").ends_with("there is no camera `top-down`: known are `side` and `front`"));
+    let none = load_seen_by(Path::new("dir/a.obj"), Some("front"), &[]).unwrap_err().to_string();
+    assert_eq!(none, "dir/a.obj: there is no camera `front`, for no camera of this scene has a name");
+}
+
+#[test]
 fn an_obj_alone_is_a_scene() {
     let (file, _) = load(Path::new("dir/a.OBJ"), &["render.spp=7".to_string()]).unwrap();
     assert_eq!(file.scene.meshes[0].source.path(), Some(Path::new("dir/a.OBJ")));

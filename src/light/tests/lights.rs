@@ -297,10 +297,10 @@ fn what_emits_nothing_is_no_light() {
     let lights = area_lights(&triangles);
     assert_eq!([0, 1, 7].map(|t| lights.triangle_light(0, t)), [None, Some(0), None]);
     assert_eq!(lights.triangle_light(1, 1), None);
-    assert!(!lights.is_empty() && area_lights(&[]).is_empty());
+    assert!(!lights.are_black() && area_lights(&[]).are_black());
     let dark = ConstantLight { radiance: Rgb::ZERO }.into();
     let lights = Lights::build(&[], vec![dark], 1.0).unwrap();
-    assert!(lights.is_empty() && lights.sample(Vec3::ZERO, 0.5, [0.5, 0.5]).is_none());
+    assert!(lights.are_black() && lights.sample(Vec3::ZERO, 0.5, [0.5, 0.5]).is_none());
     assert_eq!(lights.pdf_environment(Vec3::X), 0.0);
 }
 

@@ -7,12 +7,14 @@ mod extremes;
 mod faults;
 mod gallery;
 mod guides;
+mod info;
 mod paper;
 mod pictures;
 mod processors;
 mod render;
 mod stopping;
 mod transforms;
+mod views;
 
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};

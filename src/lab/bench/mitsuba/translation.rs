@@ -90,8 +90,7 @@ fn same_work(description: &SceneFile, gathered: &LoadedAssets, spp: u32) -> Resu
 }
 
 fn camera(description: &SceneFile, gathered: &LoadedAssets) -> CameraDescription {
-    let (low, high) = bounds(gathered);
-    description.scene.camera.clone().unwrap_or_else(|| Camera::for_bounds(low, high))
+    Camera::in_place(description.scene.camera.as_ref(), bounds(gathered))
 }
 
 fn bounds(gathered: &LoadedAssets) -> (Vec3, Vec3) {

@@ -71,13 +71,12 @@ fn stand_in(
     model: PathBuf,
     light: &PointLight,
 ) -> SceneFile {
-    let (low, high) = scene.bounds();
     let mut camera = description.scene.camera.clone();
     if let Some(camera) = &mut camera {
         camera.origin -= scene.origin();
         camera.target -= scene.origin();
     }
-    let camera = camera.unwrap_or_else(|| Camera::for_bounds(low, high));
+    let camera = Camera::in_place(camera.as_ref(), scene.bounds());
     let mut film = description.scene.film.clone();
     film.filter = Filter::Box;
     film.crop = None;
@@ -134,12 +133,9 @@ fn light(scene: &Scene, description: &SceneFile) -> PointLight {
     });
     let emitter = || middle_of_emitters(scene).map(|(p, n)| p + n * (HANGING * radius));
     let camera = || {
-        description
-            .scene
-            .camera
-            .as_ref()
-            .map_or_else(|| Camera::for_bounds(low, high).origin, |c| c.origin - scene.origin())
-            .as_vec3()
+        let camera = description.scene.camera.as_ref();
+        let own = camera.filter(|c| !c.unsaid.is_open()).map(|c| c.origin - scene.origin());
+        own.unwrap_or_else(|| Camera::in_place(camera, (low, high)).origin).as_vec3()
     };
     let (position, origin) = match own {
         Some(position) => (position, "the scene's own"),

@@ -1,0 +1,160 @@
+//! A material as it is understood: each of its parameters, and who says so.
+
+use crate::document::{Bounds, Key};
+use crate::fields::{Choice, FieldVisitor, Fields};
+use crate::math::Rgb;
+use crate::scene::description::MaterialDescription;
+use crate::scene::{DescribedMaterial, MaterialSource};
+use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
+use glam::{Affine3A, DVec3, Vec3};
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::convert::Infallible;
+use std::path::PathBuf;
+
+/// A value, and where it comes from.
+#[derive(Serialize)]
+pub(super) struct Parameter {
+    pub(super) key: &'static str,
+    pub(super) value: Value,
+    /// `scene file` or `library`, else `default`: the value is the one that its type has where nothing is said.
+    pub(super) from: &'static str,
+}
+
+/// Who describes a material.
+pub(super) fn source(source: MaterialSource) -> &'static str {
+    match source {
+        MaterialSource::SceneFile => "scene file",
+        MaterialSource::Library => "library",
+        MaterialSource::Nobody => "default",
+    }
+}
+
+/// All parameters of a material, by the keys of a scene file.
+pub(super) fn parameters(material: &DescribedMaterial) -> Vec<Parameter> {
+    let described = &material.description;
+    let usual = MaterialDescription { bsdf: described.bsdf.bsdf_type().bsdf(), ..Default::default() };
+    let from = source(material.source);
+    let pairs = all_values(described).into_iter().zip(all_values(&usual));
+    pairs
+        .map(|((key, value), (_, usual))| {
+            let from = if value == usual { "default" } else { from };
+            Parameter { key, value, from }
+        })
+        .collect()
+}
+
+/// The parameters of anything that has fields.
+pub(super) fn values(fields: &mut impl Fields) -> Vec<(&'static str, Value)> {
+    let mut listing = Listing::default();
+    let Ok(()) = fields.fields(&mut listing);
+    listing.0
+}
+
+fn all_values(material: &MaterialDescription) -> Vec<(&'static str, Value)> {
+    let mut all = values(&mut material.bsdf.clone());
+    all.push(("two_sided", json!(material.two_sided)));
+    all.push(("opacity", material.opacity.as_ref().map_or(json!(1.0), scalar)));
+    all.push(("emission", rgb(material.emission)));
+    all.push(("emission_two_sided", json!(material.emission_two_sided)));
+    all
+}
+
+/// The pictures of a material.
+pub(super) fn pictures(material: &MaterialDescription) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    crate::fields::each_texture(&mut material.bsdf.clone(), |texture| {
+        if let ColorTexture::Image(image) = texture {
+            found.push(image.path.clone());
+        }
+    });
+    if let Some(ScalarTexture::Image(image) | ScalarTexture::Luminance(image)) = &material.opacity {
+        found.push(image.path.clone());
+    }
+    found
+}
+
+fn rgb(color: Rgb) -> Value {
+    json!(color.to_array())
+}
+
+fn image(image: &ImageTexture) -> Value {
+    let ImageTexture { path, scale, offset, nearest, tint } = image;
+    json!({ "texture": path.display().to_string(), "scale": scale, "offset": offset, "nearest": nearest,
+            "tint": tint.to_array() })
+}
+
+fn scalar(texture: &ScalarTexture) -> Value {
+    match texture {
+        ScalarTexture::Constant(value) => json!(value),
+        ScalarTexture::Image(picture) => image(picture),
+        ScalarTexture::Luminance(picture) => {
+            let mut value = image(picture);
+            value["channel"] = json!("luminance");
+            value
+        }
+    }
+}
+
+/// Keys and values in the order of the fields.
+#[derive(Default)]
+struct Listing(Vec<(&'static str, Value)>);
+
+impl Listing {
+    fn add(&mut self, key: Key, value: Value) -> Result<(), Infallible> {
+        self.0.push((key.name, value));
+        Ok(())
+    }
+}
+
+impl FieldVisitor for Listing {
+    type Error = Infallible;
+
+    fn flag(&mut self, key: Key, slot: &mut bool) -> Result<(), Infallible> {
+        self.add(key, json!(*slot))
+    }
+
+    fn number(&mut self, key: Key, _: Bounds, slot: &mut f32) -> Result<(), Infallible> {
+        self.add(key, json!(*slot))
+    }
+
+    fn color(&mut self, key: Key, _: Bounds, slot: &mut Rgb) -> Result<(), Infallible> {
+        self.add(key, rgb(*slot))
+    }
+
+    fn choice<T: Choice>(&mut self, key: Key, slot: &mut T) -> Result<(), Infallible> {
+        let name = T::NAMES.get(slot.number()).map_or("", |(name, _)| name);
+        self.add(key, json!(name))
+    }
+
+    fn texture(&mut self, key: Key, slot: &mut ColorTexture) -> Result<(), Infallible> {
+        let value = match slot {
+            ColorTexture::Constant(color) => rgb(*color),
+            ColorTexture::Vertex(tint) => json!({ "vertex_color": true, "tint": tint.to_array() }),
+            ColorTexture::Image(picture) => image(picture),
+        };
+        self.add(key, value)
+    }
+
+    fn color_pair(&mut self, keys: [(Key, Bounds); 2], slot: &mut Option<(Rgb, Rgb)>) -> Result<(), Infallible> {
+        let [first, second] = keys.map(|(key, _)| key);
+        self.add(first, json!(slot.map(|(first, _)| first.to_array())))?;
+        self.add(second, json!(slot.map(|(_, second)| second.to_array())))
+    }
+
+    fn position(&mut self, key: Key, slot: &mut DVec3) -> Result<(), Infallible> {
+        self.add(key, json!(slot.to_array()))
+    }
+
+    fn direction(&mut self, key: Key, slot: &mut Vec3) -> Result<(), Infallible> {
+        self.add(key, rgb(*slot))
+    }
+
+    fn orientation(&mut self, _: Key, matrix: Key, slot: &mut Affine3A) -> Result<(), Infallible> {
+        self.add(matrix, json!(glam::Mat3::from(slot.matrix3).transpose().to_cols_array_2d()))
+    }
+
+    fn picture(&mut self, key: Key, slot: &mut PathBuf) -> Result<(), Infallible> {
+        self.add(key, json!(slot.display().to_string()))
+    }
+}
