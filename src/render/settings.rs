@@ -20,6 +20,8 @@ pub struct RenderSettings {
     pub order: Order,
     /// Watertight ray queries: no ray slips between two triangles that share an edge, for about a quarter of the speed.
     pub robust: bool,
+    /// Pictures of material libraries that are missing or cannot be read are errors.
+    pub strict: bool,
 }
 
 impl Default for RenderSettings {
@@ -31,6 +33,7 @@ impl Default for RenderSettings {
             combine: Combine::InverseVariance,
             order: Order::Progressive,
             robust: false,
+            strict: false,
         }
     }
 }
@@ -44,6 +47,9 @@ impl RenderSettings {
         t.integer(key("seed", SEED), 0..=u64::MAX, &mut self.seed)?;
         let robust = "no ray slips between two triangles that share an edge, for about a quarter of the speed";
         t.flag(key("robust", robust), &mut self.robust)?;
+        let strict = "a picture of a material library (MTL) that is missing or cannot be read is an error; else it is a warning, and half \
+                      of the colour stands in its place";
+        t.flag(key("strict", strict), &mut self.strict)?;
         t.choice(key("order", ORDER), ORDERS, &mut self.order)?;
         t.choice(key("combine", COMBINE), COMBINES, &mut self.combine)
     }

@@ -4,15 +4,12 @@ use super::description::{MaterialDescription, MeshDescription, SceneDescription}
 use super::hash;
 use crate::Result;
 use crate::embree::LARGEST_COORDINATE;
-use crate::fields::each_texture;
 use crate::geometry::{Indices, Mesh, Placement};
-use crate::texture::{ColorTexture, ScalarTexture};
 use glam::{Affine3A, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// What is gathered from the files before anything is built.
 #[derive(Default)]
@@ -25,6 +22,8 @@ pub(crate) struct LoadedAssets {
     pub(crate) materials: Vec<MaterialDescription>,
     /// Of the materials.
     pub(crate) names: Vec<String>,
+    /// Of each material, whether a library describes it and not the scene file.
+    pub(super) of_library: Vec<bool>,
     /// Index in `materials` by library and name: two models may use one name for two things.
     ids: FxHashMap<(Option<usize>, String), u32>,
     pub(crate) warnings: Vec<String>,
@@ -76,42 +75,13 @@ impl LoadedAssets {
         if let Some(&id) = self.ids.get(&(owner, name.to_string())) {
             return id;
         }
-        let own = || library.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
-        self.materials.push(named.cloned().or_else(own).unwrap_or_default());
+        self.materials.push(named.or_else(|| library.get(name)).cloned().unwrap_or_default());
+        self.of_library.push(named.is_none());
         self.names.push(name.to_string());
         let id = self.materials.len() as u32 - 1;
         self.ids.insert((owner, name.to_string()), id);
         id
     }
-}
-
-/// Libraries travel without their pictures: a material from one goes on in half of its own colour, and opaque, and says
-/// so. A picture that a scene file names must be there.
-fn without_missing_pictures(
-    name: &str,
-    mut material: MaterialDescription,
-    warnings: &mut Vec<String>,
-) -> MaterialDescription {
-    let mut missing = |path: &Path| {
-        let gone = !path.is_file();
-        if gone {
-            warnings.push(format!("{}: the picture of material `{name}` is missing", path.display()));
-        }
-        gone
-    };
-    each_texture(&mut material.bsdf, |color| {
-        if let ColorTexture::Image(image) = color
-            && missing(&image.path)
-        {
-            *color = ColorTexture::Constant(image.tint * 0.5);
-        }
-    });
-    if let Some(ScalarTexture::Image(image)) = &material.opacity
-        && missing(&image.path)
-    {
-        material.opacity = None;
-    }
-    material
 }
 
 /// That the transform has not carried the mesh beyond what can be traced; what its own file says is within it.

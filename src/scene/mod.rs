@@ -11,11 +11,12 @@ mod load;
 pub(crate) mod material;
 pub(crate) mod model;
 pub mod obj;
+mod stand_ins;
 
 #[cfg(feature = "lab")]
 pub(crate) use assets::LoadedAssets;
 pub use camera::Camera;
-pub(crate) use load::LoadStage;
+pub(crate) use load::{LoadOptions, LoadStage};
 
 use crate::bsdf::Bsdf;
 use crate::embree;

@@ -4,11 +4,11 @@
 //! are interpolated, the picture repeats. v points up, so (0, 0) is the lower left corner of the file's picture.
 
 mod description;
-mod load;
 #[cfg(test)]
 mod tests;
 mod texels;
 
+use crate::image::picture;
 use crate::math::Rgb;
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
@@ -26,15 +26,15 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// Loads a PNG, JPEG or OpenEXR file; the content decides which, not the name.
+    /// Loads a picture; the content decides of which format it is, not the name.
     ///
-    /// PNG and JPEG are taken as sRGB, OpenEXR (`R`, `G`, `B` or `Y`, and `A` if there) as linear.
+    /// Whole numbers are taken as sRGB unless the file says otherwise, floats as linear.
     ///
     /// # Errors
     /// All name the file: unreadable, of another format, damaged, a side above 2¹⁶ texels, above 1 GiB when decoded,
-    /// OpenEXR values that are not finite.
+    /// floats that are not finite.
     pub fn load(path: &Path) -> Result<Texture> {
-        load::load(path).map(Texture::new)
+        picture::load(path).map(|picture| Texture::new(picture.into()))
     }
 
     fn new(texels: Texels) -> Texture {
@@ -160,8 +160,10 @@ impl TextureMap {
 #[derive(Debug, Default)]
 pub(crate) struct TextureCache {
     textures: Vec<Texture>,
-    /// By path without links and dots.
-    indices: FxHashMap<PathBuf, usize>,
+    /// By path without links and dots, and layer.
+    indices: FxHashMap<(PathBuf, Option<String>), usize>,
+    /// What a user should know of how files were read.
+    notes: Vec<String>,
 }
 
 impl TextureCache {
@@ -170,11 +172,14 @@ impl TextureCache {
     /// # Errors
     /// As of [`Texture::load`]; the next call tries again.
     pub(crate) fn get(&mut self, path: &Path) -> Result<usize> {
-        let real = path.canonicalize().map_err(Error::io(path))?;
+        let (file, layer) = picture::split_layer(path);
+        let real = (file.canonicalize().map_err(Error::io(&file))?, layer);
         if let Some(&index) = self.indices.get(&real) {
             return Ok(index);
         }
-        self.textures.push(Texture::load(path)?);
+        let mut picture = picture::load(path)?;
+        self.notes.extend(picture.notes.drain(..).map(|note| format!("{}: {note}", path.display())));
+        self.textures.push(Texture::new(picture.into()));
         self.indices.insert(real, self.textures.len() - 1);
         Ok(self.textures.len() - 1)
     }
@@ -191,6 +196,11 @@ impl TextureCache {
     /// The textures loaded so far, by index.
     pub(crate) fn textures(&self) -> &[Texture] {
         &self.textures
+    }
+
+    /// What there is to say of the files read since the last call.
+    pub(crate) fn take_notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
     }
 
     /// Ends loading.

@@ -310,7 +310,7 @@ proptest! {
     fn interpolation_stays_between_the_texels(u in -4.0f32..4.0, v in -4.0f32..4.0) {
         let texel = |x, y| image::Rgb([(x * 80) as u8, (y * 120 + 10) as u8, 77]);
         let picture = RgbImage::from_fn(3, 2, texel);
-        let samples = texels::Samples::U8(picture.into_raw());
+        let samples = crate::image::picture::Samples::U8(picture.into_raw(), srgb::DECODE_8.clone());
         let texture = Texture::new(Texels { width: 3, height: 2, channels: 3, data: samples });
         let color = texture.color([u, v], false);
         let (low, high) = (linear([0, 10, 77]), linear([160, 130, 77]));

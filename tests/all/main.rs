@@ -22,3 +22,4 @@ mod roulette;
 mod scaling;
 mod sizes;
 mod stopping;
+mod textures;

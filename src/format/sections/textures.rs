@@ -115,9 +115,12 @@ pub(in crate::format) fn color_image(
     Ok(image)
 }
 
+const PICTURE: &str = "a picture: PNG, JPEG, OpenEXR (`file.exr:LAYER` for one of several layers), TGA, BMP, TIFF, GIF, WebP, Radiance HDR, \
+    DDS, PNM, ICO, QOI or farbfeld; its content says which";
+
 /// A new picture where `texture` is given, else changes to the `current` one.
 fn image(t: &mut Reader, current: Option<ImageTexture>, base: &Path) -> Result<ImageTexture, Fault> {
-    let file = key("texture", "a picture: PNG, JPEG or EXR");
+    let file = key("texture", PICTURE);
     let file = if current.is_none() { file.required() } else { file };
     let mut image = match t.path(file, base)? {
         Some(path) => plain(&path),
