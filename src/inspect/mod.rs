@@ -38,8 +38,11 @@ impl<'s> PixelVertex<'s> {
             rays.push(&ray);
             rays.trace(scene.geometry(), Coherence::Coherent);
             let wo = -ray.dir;
-            let si = scene.interaction(&rays.hit(0)?, wo);
-            let bsdf = scene.bsdf(scene.material(si.material), si.uv);
+            let hit = rays.hit(0)?;
+            let si = scene.interaction(&hit, wo);
+            let material = scene.material(si.material);
+            let plain = scene.bsdf(material, si.uv);
+            let bsdf = material.relief().map_or(plain, |relief| scene.in_relief(plain, relief, Some(hit), &si));
             if bsdf.has_smooth() {
                 return Some(PixelVertex { si, bsdf, wo });
             }

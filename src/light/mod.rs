@@ -12,7 +12,7 @@ mod constant;
 mod directional;
 mod environment;
 mod lights;
-mod opacity;
+mod pattern;
 mod point;
 mod samples;
 mod source;
@@ -22,7 +22,7 @@ mod triangle;
 mod unit;
 
 pub(crate) use lights::Lights;
-pub(crate) use opacity::EmitterOpacity;
+pub(crate) use pattern::EmitterPattern;
 pub(crate) use samples::LightSamples;
 pub(crate) use source::Findings;
 pub(crate) use triangle::EmissiveTriangle;

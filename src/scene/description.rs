@@ -6,7 +6,7 @@ use crate::error::SourceLocation;
 use crate::film::FilmSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::texture::ScalarTexture;
+use crate::texture::{ImageTexture, ReliefTexture, ScalarTexture};
 use glam::{Affine3A, Vec3};
 use std::collections::BTreeMap;
 
@@ -71,8 +71,12 @@ pub struct MaterialDescription {
     pub opacity: Option<ScalarTexture>,
     /// Radiance (W/(sr·m²)) leaving the side of the face's winding.
     pub emission: Rgb,
+    /// Multiplies that from point to point.
+    pub emission_map: Option<ImageTexture>,
     /// Both sides emit.
     pub emission_two_sided: bool,
+    /// Turns normals.
+    pub relief: Option<ReliefTexture>,
 }
 
 impl Default for MaterialDescription {
@@ -82,7 +86,9 @@ impl Default for MaterialDescription {
             two_sided: true,
             opacity: None,
             emission: Rgb::ZERO,
+            emission_map: None,
             emission_two_sided: false,
+            relief: None,
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::assets::LoadedAssets;
 use super::description::MaterialDescription;
 use crate::fields::each_texture;
+use crate::math::Rgb;
 use crate::texture::{ColorTexture, ScalarTexture, TextureCache};
 use crate::{Error, Result};
 use rustc_hash::FxHashMap;
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 impl LoadedAssets {
     /// Reads the pictures of materials that libraries describe. Libraries travel without their pictures and name any format: a material
-    /// goes on in half of its own colour, and opaque, and says so. A picture that a scene file names must be there and usable, which is
+    /// goes on in half of its own colour, opaque and without glowing, and says so. A picture that a scene file names must be there and usable, which is
     /// seen when the material is made.
     ///
     /// # Errors
@@ -55,6 +56,17 @@ impl Reading<'_> {
             && self.fails(&image.path, name)
         {
             material.opacity = None;
+        }
+        if let Some(relief) = &material.relief
+            && self.fails(&relief.image.path, name)
+        {
+            material.relief = None;
+        }
+        // nothing tells where it glows
+        if let Some(image) = &material.emission_map
+            && self.fails(&image.path, name)
+        {
+            (material.emission, material.emission_map) = (Rgb::ZERO, None);
         }
     }
 

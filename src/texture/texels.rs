@@ -15,6 +15,16 @@ pub(super) struct Texels {
     pub(crate) data: Samples,
 }
 
+/// What is known of all texels.
+pub(super) struct Summary {
+    /// Linear.
+    pub(crate) mean: Rgb,
+    /// Whether [`Texels::scalar`] is 1 for every texel.
+    pub(crate) opaque: bool,
+    /// The largest component of a colour; 0 where none is positive.
+    pub(crate) peak: f32,
+}
+
 impl From<Picture> for Texels {
     fn from(picture: Picture) -> Texels {
         let Picture { width, height, channels, samples, notes: _ } = picture;
@@ -38,8 +48,13 @@ impl Texels {
 
     /// Luminance of the stored values, not decoded.
     pub(crate) fn stored_luminance(&self, x: usize, y: usize) -> f32 {
+        grey(self.stored_color(x, y))
+    }
+
+    /// The stored values, not decoded.
+    pub(crate) fn stored_color(&self, x: usize, y: usize) -> Rgb {
         let first = self.first(x, y);
-        grey(rgb(self.channels, |i| self.stored(first + i)))
+        rgb(self.channels, |i| self.stored(first + i))
     }
 
     fn stored(&self, i: usize) -> f32 {
@@ -50,17 +65,18 @@ impl Texels {
         }
     }
 
-    /// Mean linear colour, and whether `scalar` is 1 for every texel.
-    pub(crate) fn summary(&self) -> (Rgb, bool) {
+    pub(crate) fn summary(&self) -> Summary {
         let mut sum = glam::DVec3::ZERO;
-        let mut opaque = true;
+        let (mut opaque, mut peak) = (true, 0.0f32);
         for y in 0..self.height {
             for x in 0..self.width {
-                sum += self.color(x, y).as_dvec3();
+                let color = self.color(x, y);
+                sum += color.as_dvec3();
+                peak = peak.max(color.max_element());
                 opaque = opaque && self.scalar(x, y) == 1.0;
             }
         }
-        ((sum / (self.width * self.height) as f64).as_vec3(), opaque)
+        Summary { mean: (sum / (self.width * self.height) as f64).as_vec3(), opaque, peak }
     }
 
     pub(crate) fn bytes(&self) -> usize {

@@ -2,6 +2,9 @@
 //! so that a Lambertian surface of albedo a is seen as a.
 
 use crate::common::{Loaded, describe, load, mean_color, written};
+use phototaxis::guiding::settings::GuidingMethod;
+use phototaxis::render::Settings;
+use phototaxis::stats::ztest::{p_value, z_one_mean};
 use std::path::Path;
 use tempfile::TempDir;
 
@@ -116,4 +119,118 @@ fn a_sky_that_is_no_picture_is_an_error_that_says_so() {
     let folder = square(&sky_of("model.mtl"), GREY);
     let error = describe(Path::new(&folder.path().join("scene.toml")), &[]).load_scene(1).map(|_| ()).unwrap_err();
     assert!(error.to_string().contains("model.mtl: no picture that can be read: not PNG, JPEG, OpenEXR"), "{error}");
+}
+
+/// A texel that leans by 45° along u.
+const LEANING: [u8; 3] = [218, 128, 218];
+
+fn leaning(folder: &TempDir, name: &str) {
+    image::RgbImage::from_pixel(4, 4, image::Rgb(LEANING)).save(folder.path().join(name)).unwrap();
+}
+
+fn sun(x: f32) -> String {
+    format!("[[light]]\ntype = 'directional'\ndirection = [{x}, 0, -1]\nirradiance = 3.14159265\n")
+}
+
+/// Lit along the normal a surface of albedo ½ is as bright as ½ of the irradiance over π, and black from the other side. Light
+/// travels towards −x where `direction` says so, and comes from +x then.
+#[test]
+fn a_normal_map_leans_the_surface() {
+    let statements = ["norm n.png", "map_Kn n.png", "map_Bump -bm 1 n.png", "bump n.png"];
+    for statement in statements {
+        for (x, wanted) in [(-1.0, 0.5), (1.0, 0.0)] {
+            let folder = square(&sun(x), &format!("Kd 0.5 0.5 0.5\n{statement}\n"));
+            leaning(&folder, "n.png");
+            let mut loaded = loaded(&folder);
+            loaded.settings.integrator.next_event = true;
+            let [found, _] = halves(&loaded);
+            assert!((found[0] - wanted).abs() < 0.006, "{statement}, from {x}: {found:?} is not {wanted}");
+            assert_eq!(warnings(&folder), [""; 0]);
+        }
+    }
+    let material = "[material.a]\ntype = 'diffuse'\nreflectance = 0.5\nnormal_map = { texture = 'n.png' }\n";
+    let folder = square(&format!("{}{material}", sun(-1.0)), "");
+    leaning(&folder, "n.png");
+    let mut loaded = loaded(&folder);
+    loaded.settings.integrator.next_event = true;
+    assert!((halves(&loaded)[0][0] - 0.5).abs() < 0.006);
+}
+
+/// Heights that rise to the right by a unit of length over a unit of length face −x.
+#[test]
+fn a_bump_map_leans_the_surface() {
+    for (x, wanted) in [(1.0, 0.5), (-1.0, 0.0)] {
+        let material =
+            "[material.a]\ntype = 'diffuse'\nreflectance = 0.5\nbump_map = { texture = 'h.png', height = 2 }\n";
+        let folder = square(&format!("{}{material}", sun(x)), "");
+        // 256 levels over the whole width of two units of length
+        image::GrayImage::from_fn(256, 1, |x, _| image::Luma([x as u8])).save(folder.path().join("h.png")).unwrap();
+        let mut loaded = loaded(&folder);
+        loaded.settings.integrator.next_event = true;
+        let [found, _] = halves(&loaded);
+        assert!((found[0] - wanted).abs() < 0.006, "from {x}: {found:?} is not {wanted}");
+    }
+}
+
+/// A white surface under a white sky is white, however its normals lean and from wherever it is seen.
+#[test]
+fn a_white_relief_is_white() {
+    for camera in ["", "origin = [1.5, 0.5, 0.4]\nvfov = 5\n", "origin = [-1.5, 0.2, -0.3]\nvfov = 5\n"] {
+        let folder = square(SKY, "Kd 1 1 1\nnorm n.png\n");
+        let noise =
+            |x: u32, y: u32| image::Rgb([(x * 97 + y * 31) as u8, (x * 59 + y * 83) as u8, 128 + (x * 37 % 128) as u8]);
+        image::RgbImage::from_fn(32, 32, noise).save(folder.path().join("n.png")).unwrap();
+        let path = folder.path().join("scene.toml");
+        let scene = std::fs::read_to_string(&path).unwrap();
+        let moved = if camera.is_empty() {
+            scene
+        } else {
+            scene.replace("origin = [0, 0, 2]\n", camera).replace("vfov = 40\n", "")
+        };
+        std::fs::write(&path, moved).unwrap();
+        for half in halves(&loaded(&folder)) {
+            assert_near(half, [1.0; 3]);
+        }
+    }
+}
+
+/// What a relief shows does not depend on how light is found: glossy, diffuse and clear ones, in the light of a lamp.
+#[test]
+fn reliefs_look_alike_however_light_is_found() {
+    const LAMP: &str = "v 0.2 -0.5 1\nv 0.9 -0.5 1\nv 0.9 0.5 1\nv 0.2 0.5 1\nusemtl lamp\nf 4 3 2 1\n";
+    let ways: [fn(&mut Settings); 4] = [
+        |s| s.integrator.next_event = false,
+        |s| s.integrator.mis = false,
+        |_| {},
+        |s| s.guiding.method = GuidingMethod::Grid,
+    ];
+    for kind in ["type = 'diffuse'", "type = 'principled'\nroughness = 0.4", "type = 'plastic'\nalpha = 0.2"] {
+        let material = format!("[material.a]\n{kind}\nnormal_map = {{ texture = 'n.png' }}\n");
+        let lamp = "[material.lamp]\ntype = 'diffuse'\nemission = 5\n[[mesh]]\npath = 'lamp.obj'\n";
+        let folder = square(&format!("{material}{lamp}"), "");
+        std::fs::write(folder.path().join("lamp.obj"), LAMP).unwrap();
+        let wave = |x: u32, y: u32| {
+            image::Rgb([(128.0 + 90.0 * (x as f32).sin()) as u8, (128.0 + 90.0 * (y as f32).sin()) as u8, 210])
+        };
+        image::RgbImage::from_fn(16, 16, wave).save(folder.path().join("n.png")).unwrap();
+        let mut loaded = loaded(&folder);
+        (loaded.settings.integrator.next_event, loaded.settings.render.spp) = (true, 4096);
+        let found = ways.map(|change| {
+            let mut settings = loaded.settings.clone();
+            change(&mut settings);
+            let picture = loaded.estimate(&settings);
+            let variance: f64 = picture.variance.iter().map(|v| f64::from(v.x)).sum();
+            (mean_color(&picture.mean)[0], variance.sqrt() / picture.variance.len() as f64)
+        });
+        println!("{kind}: {found:?}");
+        let (mean, error) = found[2];
+        for (other, deviation) in [found[0], found[1], found[3]] {
+            let z = z_one_mean(other, deviation.hypot(error), mean);
+            assert!(p_value(z) > 1e-5, "{kind}: {found:?}");
+            assert!(
+                p_value(z_one_mean(1.1 * other, deviation.hypot(error), mean)) < 1e-5,
+                "{kind}: a tenth goes unseen: {found:?}"
+            );
+        }
+    }
 }
