@@ -9,12 +9,22 @@ pub(crate) struct BsdfLanes<'s> {
     are: Mask,
     model: [Option<&'s BsdfModel>; LANES],
     colors: [Vec3Lanes; 2],
+    /// Where surfaces scatter about another normal than that of the shading frame, and that normal.
+    turned: Mask,
+    normal: Vec3Lanes,
     diffuse: DiffuseLanes,
 }
 
 impl<'s> BsdfLanes<'s> {
     pub fn new() -> BsdfLanes<'s> {
-        BsdfLanes { are: Mask::NONE, model: [None; LANES], colors: [Vec3Lanes::ZERO; 2], diffuse: DiffuseLanes::new() }
+        BsdfLanes {
+            are: Mask::NONE,
+            model: [None; LANES],
+            colors: [Vec3Lanes::ZERO; 2],
+            turned: Mask::NONE,
+            normal: Vec3Lanes::ZERO,
+            diffuse: DiffuseLanes::new(),
+        }
     }
 
     /// Forgets all.
@@ -30,6 +40,10 @@ impl<'s> BsdfLanes<'s> {
         self.model[k] = Some(bsdf.model);
         self.colors[0].set(k, bsdf.colors[0]);
         self.colors[1].set(k, bsdf.colors[1]);
+        self.turned.set(k, bsdf.normal.is_some());
+        if let Some(normal) = bsdf.normal {
+            self.normal.set(k, normal);
+        }
         self.diffuse.set(k, bsdf);
     }
 
@@ -37,7 +51,8 @@ impl<'s> BsdfLanes<'s> {
     #[inline(always)]
     pub fn get(&self, k: usize) -> Option<Bsdf<'s>> {
         let model = self.model[k].filter(|_| self.are.has(k))?;
-        Some(Bsdf { model, colors: [self.colors[0].get(k), self.colors[1].get(k)] })
+        let normal = self.turned.has(k).then(|| self.normal.get(k));
+        Some(Bsdf { model, colors: [self.colors[0].get(k), self.colors[1].get(k)], normal })
     }
 
     /// Where something was set.

@@ -29,6 +29,7 @@ mod principled;
 mod rough_conductor;
 mod rough_dielectric;
 mod rough_plastic;
+mod shading_normal;
 
 pub use coat::CoatTables;
 pub(crate) use diffuse::DiffuseLanes;

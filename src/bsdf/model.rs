@@ -72,7 +72,7 @@ impl BsdfModel {
     /// The BSDF where the textures of the description, in their order, have these values.
     #[inline]
     pub fn at(&self, colors: [Rgb; 2]) -> Bsdf<'_> {
-        Bsdf { model: self, colors: if self.is_diffuse() { colors } else { self.model.colors(colors) } }
+        Bsdf { model: self, colors: if self.is_diffuse() { colors } else { self.model.colors(colors) }, normal: None }
     }
 
     #[inline(always)]

@@ -11,6 +11,8 @@ use glam::Vec3;
 pub struct Bsdf<'s> {
     pub(super) model: &'s BsdfModel,
     pub(super) colors: [Rgb; 2],
+    /// About which it scatters, unit, in the shading frame; `None`: about that frame's own normal.
+    pub(super) normal: Option<Vec3>,
 }
 
 impl<'s> Bsdf<'s> {
@@ -36,6 +38,9 @@ impl<'s> Bsdf<'s> {
     /// [`Self::eval`] and [`Self::pdf`] at once.
     #[inline]
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        if let Some(normal) = self.normal {
+            return self.eval_pdf_turned(normal, wo, wi);
+        }
         let (wo, wi) = if self.turned(wo) { (mirrored(wo), mirrored(wi)) } else { (wo, wi) };
         match self.diffuse() {
             Some(b) => b.eval_pdf(wo, wi),
@@ -47,6 +52,9 @@ impl<'s> Bsdf<'s> {
     /// is absorbed or the draw left the domain (probability 1 − ∫pdf − that of the delta lobes).
     #[inline]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
+        if let Some(normal) = self.normal {
+            return self.sample_turned(normal, wo, u_lobe, u);
+        }
         let turned = self.turned(wo);
         let wo = if turned { mirrored(wo) } else { wo };
         let mut sample = match self.diffuse() {
@@ -73,6 +81,10 @@ impl<'s> Bsdf<'s> {
     /// at alpha 0.25, by up to 0.7 at alpha 1. Principled likewise, over a Lambertian base.
     #[inline]
     pub fn albedo(&self, wo: Vec3) -> Rgb {
+        if let Some(normal) = self.normal {
+            let (flat, own) = self.own_view(normal, wo);
+            return flat.albedo(own);
+        }
         let wo = if self.turned(wo) { mirrored(wo) } else { wo };
         let albedo = match self.diffuse() {
             Some(b) => b.albedo(wo),
@@ -82,7 +94,7 @@ impl<'s> Bsdf<'s> {
     }
 
     /// The reflectance R of a Lambertian surface, f = R/π on the side of `wo` (for a one-sided surface: on its
-    /// front); `None` for any other.
+    /// front); `None` for any other, and about another normal than the shading frame's.
     #[inline]
     pub fn lambertian(&self) -> Option<Rgb> {
         self.diffuse().map(|diffuse| diffuse.reflectance)
@@ -92,13 +104,23 @@ impl<'s> Bsdf<'s> {
     /// it does where `u_lobe` is below this number. 1 where `wo` is on the side that scatters nothing.
     #[inline]
     pub fn sharp_probability(&self, wo: Vec3, alpha: f32) -> f32 {
-        if self.model.is_diffuse() { 0.0 } else { self.sharp_probability_other(wo, alpha) }
+        match self.normal {
+            _ if self.model.is_diffuse() => 0.0,
+            None => self.sharp_probability_other(wo, alpha),
+            Some(normal) => {
+                let (flat, own) = self.own_view(normal, wo);
+                flat.sharp_probability_other(own, alpha)
+            }
+        }
     }
 
     /// As much of [`Self::eval_pdf`] as is of lobes with at least the roughness `alpha`; with [`DIFFUSE`], of diffuse ones.
     /// The density integrates to at most 1 − [`Self::sharp_probability`].
     #[inline]
     pub fn eval_pdf_rough(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
+        if let Some(normal) = self.normal {
+            return self.eval_pdf_rough_turned(normal, wo, wi, alpha);
+        }
         let (wo, wi) = if self.turned(wo) { (mirrored(wo), mirrored(wi)) } else { (wo, wi) };
         match self.diffuse() {
             Some(b) => b.eval_pdf(wo, wi),
@@ -107,9 +129,13 @@ impl<'s> Bsdf<'s> {
     }
 
     /// As much of [`Self::albedo`] as is of lobes that follow Lambert's law on the side of `wo`, but for the Fresnel
-    /// transmittance of a coat or the grazing angles of the principled model's base. Black for translucent kinds.
+    /// transmittance of a coat or the grazing angles of the principled model's base. Black for translucent kinds, and about
+    /// another normal than the shading frame's.
     #[inline]
     pub fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
+        if self.normal.is_some() {
+            return Rgb::ZERO;
+        }
         let wo = if self.turned(wo) { mirrored(wo) } else { wo };
         let albedo = match self.diffuse() {
             Some(b) => b.albedo(wo),
@@ -138,7 +164,7 @@ impl<'s> Bsdf<'s> {
     /// Most of most scenes: it is worth a short way of its own.
     #[inline]
     pub(super) fn diffuse(&self) -> Option<Diffuse> {
-        self.model.is_diffuse().then_some(Diffuse { reflectance: self.colors[0] })
+        (self.model.is_diffuse() && self.normal.is_none()).then_some(Diffuse { reflectance: self.colors[0] })
     }
 
     #[inline(never)]

@@ -91,6 +91,9 @@ pub(crate) struct RenderArguments {
     /// denoised.{R,G,B} beside the picture as it was rendered.
     #[arg(long)]
     denoise: bool,
+    /// Makes errors of pictures of a material library that are missing or cannot be read, which else are warnings.
+    #[arg(long)]
+    strict: bool,
     /// How progress is shown on standard error.
     #[arg(long, value_name = "FORM", value_enum, default_value_t)]
     progress: Show,
@@ -215,14 +218,15 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
     let spp = arguments.spp.map(|n| n.to_string()).or(open_ended.then(|| i32::MAX.to_string()));
     let budget = [spp.map(|n| format!("render.spp={n}")), arguments.time.map(|t| format!("render.time={t:?}"))];
     let layers = (!arguments.layers.is_empty()).then(|| format!("render.layers={:?}", arguments.layers));
+    let strict = arguments.strict.then(|| "render.strict=true".to_string());
     let size = arguments.size.map(|(width, height)| [format!("film.width={width}"), format!("film.height={height}")]);
     let view = [
         arguments.exposure.map(|exposure| format!("film.exposure={exposure}")),
         arguments.tone.map(|tone| format!("film.tone={}", tone.name())),
     ];
-    arguments
-        .choices
-        .overrides(budget.into_iter().chain(view).flatten().chain(layers).chain(size.into_iter().flatten()))
+    arguments.choices.overrides(
+        budget.into_iter().chain(view).flatten().chain(layers).chain(strict).chain(size.into_iter().flatten()),
+    )
 }
 
 /// The film in another size, of the same shape as far as whole pixels allow.

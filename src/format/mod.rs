@@ -21,7 +21,7 @@ use crate::integrator::{IntegratorSettings, Roulette};
 use crate::io::memory;
 use crate::render::{Order, RenderSettings};
 use crate::scene::description::{NamedCamera, SceneDescription};
-use crate::scene::{LoadStage, Scene};
+use crate::scene::{LoadOptions, LoadStage, Scene};
 use crate::{Error, Result};
 use std::path::Path;
 use std::sync::Arc;
@@ -63,7 +63,8 @@ impl SceneFile {
         watch: &dyn Fn(LoadStage),
     ) -> Result<(Scene, Vec<String>)> {
         self.check_memory()?;
-        let loaded = Scene::load_watched(device, &self.scene, self.render.robust, watch)?;
+        let options = LoadOptions { robust: self.render.robust, strict: self.render.strict };
+        let loaded = Scene::load_watched(device, &self.scene, options, watch)?;
         // what the scene took is no longer there
         self.check_memory()?;
         Ok(loaded)

@@ -7,7 +7,9 @@ use super::sections::scattering::{KINDS, Kind};
 use super::sections::{camera, guiding, materials, textures, world};
 use crate::document::{Fault, KeyInfo, Reader};
 use crate::light::LightType;
+use crate::math::Rgb;
 use crate::scene::description::MaterialDescription;
+use crate::texture::ReliefKind;
 use std::path::Path;
 
 /// The keys under one heading of the reference page.
@@ -51,7 +53,17 @@ fn materials() -> Vec<Section> {
     let mut channel = textures::Channel::Alpha;
     let mut opacity = section("opacity", |t| textures::scalar_image(t, None, &mut channel, base).map(drop));
     opacity.keys.retain(|info| color.keys.iter().all(|known| known.key.name != info.key.name));
-    [every].into_iter().chain(own).chain([color, opacity]).collect()
+    let mut emission =
+        section("emission", |t| textures::emission_image(t, None, base, &mut Rgb::ONE.clone()).map(drop));
+    emission.keys.retain(|info| info.key.name == "tint");
+    let relief = |heading, key: &str, kind| {
+        let mut relief = section(heading, |t| textures::relief_image(t, None, kind, base).map(drop));
+        relief.keys.retain(|info| info.key.name == key);
+        relief
+    };
+    let reliefs =
+        [relief("normal_map", "strength", ReliefKind::Normals), relief("bump_map", "height", ReliefKind::Heights)];
+    [every].into_iter().chain(own).chain([color, opacity, emission]).chain(reliefs).collect()
 }
 
 /// Whatever `read` asks for; that nothing is there is a fault that does not matter.

@@ -55,6 +55,11 @@ impl Mesh {
         of(&self.positions) + of(&self.triangles) + of(&self.materials) + normals + uvs + colors
     }
 
+    /// Texture coordinates of a triangle's corners, as of [`Self::uv`].
+    pub(crate) fn uvs_of(&self, triangle: usize) -> [[f32; 2]; 3] {
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[u, v]| self.uv(triangle, u, v))
+    }
+
     /// Texture coordinates of a triangle at the barycentric weights `u`, `v` of its second and third corner; the
     /// weights themselves where it has none.
     #[inline(always)]

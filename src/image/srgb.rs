@@ -1,6 +1,6 @@
 //! The transfer curve of sRGB (IEC 61966-2-1) between linear light and stored values, both in [0, 1].
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 /// The stored value of a linear one. Values outside of [0, 1] are clamped, NaN counts as 0.
 pub fn encode(linear: f32) -> f32 {
@@ -14,10 +14,11 @@ pub(crate) fn decode(stored: f32) -> f32 {
 }
 
 /// [`decode`] of i/255 for every 8-bit value i.
-pub(crate) static DECODE_8: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| decode(i as f32 / 255.0)));
+pub(crate) static DECODE_8: LazyLock<Arc<[f32; 256]>> =
+    LazyLock::new(|| Arc::new(std::array::from_fn(|i| decode(i as f32 / 255.0))));
 
 /// [`decode`] of i/65535 for every 16-bit value i.
-pub(crate) static DECODE_16: LazyLock<Vec<f32>> =
+pub(crate) static DECODE_16: LazyLock<Arc<[f32]>> =
     LazyLock::new(|| (0..=u16::MAX).map(|i| decode(f32::from(i) / 65535.0)).collect());
 
 #[cfg(test)]

@@ -40,7 +40,9 @@ impl<'s> PixelVertex<'s> {
             let wo = -ray.dir;
             let hit = rays.hit(0)?;
             let si = scene.interaction(&hit, wo);
-            let bsdf = scene.bsdf(scene.material(si.material), si.uv, || scene.vertex_color(&hit));
+            let material = scene.material(si.material);
+            let plain = scene.bsdf(material, si.uv, || scene.vertex_color(&hit));
+            let bsdf = material.relief().map_or(plain, |relief| scene.in_relief(plain, relief, Some(hit), &si));
             if bsdf.has_smooth() {
                 return Some(PixelVertex { si, bsdf, wo });
             }

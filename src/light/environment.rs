@@ -4,7 +4,7 @@ use super::source::{Findings, LightParameters, LightSource};
 use super::{LightSample, check_light, scaled, wide_luminance};
 use crate::document::{NOT_NEGATIVE, key};
 use crate::fields::{FieldVisitor, Fields};
-use crate::image::exr::read_rgb;
+use crate::image::picture::{self, Picture, Samples};
 use crate::io::{canon, memory};
 use crate::math::Rgb;
 use crate::math::alias::AliasTable;
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// A picture of everything infinitely far away, as written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentLight {
-    /// EXR, linear, in the mapping of [`Environment`].
+    /// In the mapping of [`Environment`].
     pub path: PathBuf,
     /// Multiplies the picture.
     pub scale: Rgb,
@@ -32,7 +32,7 @@ impl Default for EnvironmentLight {
 
 impl Fields for EnvironmentLight {
     fn fields<V: FieldVisitor>(&mut self, visitor: &mut V) -> Result<(), V::Error> {
-        visitor.picture(key("path", "an EXR, linear, in W/(sr·m²)").required(), &mut self.path)?;
+        visitor.picture(key("path", PATH).required(), &mut self.path)?;
         visitor.color(key("scale", "multiplies the picture"), NOT_NEGATIVE, &mut self.scale)?;
         let angle = key("rotate_y", "turns it about +y, counter-clockwise seen from above").unit("degrees");
         let meaning = "from the picture's frame to the world, in the place of `rotate_y`; a translation means nothing";
@@ -40,18 +40,24 @@ impl Fields for EnvironmentLight {
     }
 }
 
+const PATH: &str = "a picture in latitude and longitude, in W/(sr·m²): OpenEXR (`file.exr:LAYER` for one of several layers) or Radiance \
+    HDR; of other formats sRGB is decoded, so that white is 1";
+
 impl LightParameters for EnvironmentLight {
     const NUMBER: u32 = 1;
     type Loaded = Box<Environment>;
 
     fn load(&self, findings: &mut Findings) -> Result<Box<Environment>> {
         let path = &self.path;
-        let image = read_rgb(path)?;
-        memory::check((image.width * image.height) as u64 * Environment::TABLE_BYTES_PER_PIXEL)
+        let picture = picture::load(path)?;
+        let pixels = (picture.width * picture.height) as u64;
+        memory::check(pixels * (Environment::TABLE_BYTES_PER_PIXEL + size_of::<Rgb>() as u64))
             .map_err(|shortage| Error::file(path, format!("tables of its pixels {shortage}")))?;
-        findings.pictures.push(canon::texels([image.width, image.height], |canon| canon.array(&image.data)));
-        let (width, height) = (image.width as u32, image.height as u32);
-        let environment = Environment::new(width, height, image.data, self.scale, self.to_world)
+        let data = picture.colors();
+        findings.pictures.push(canon::texels([picture.width, picture.height], |canon| canon.array(&data)));
+        findings.warnings.extend(notes(&picture).map(|note| format!("{}: {note}", path.display())));
+        let (width, height) = (picture.width as u32, picture.height as u32);
+        let environment = Environment::new(width, height, data, self.scale, self.to_world)
             .map_err(|error| Error::file(path, error.to_string()))?;
         if environment.negative_pixels > 0 {
             let n = environment.negative_pixels;
@@ -60,6 +66,14 @@ impl LightParameters for EnvironmentLight {
         }
         Ok(Box::new(environment))
     }
+}
+
+/// What a user should know of a picture of surroundings.
+fn notes(picture: &Picture) -> impl Iterator<Item = String> {
+    let shown = "this picture is no radiance but colours for a screen: they are decoded (sRGB unless the file says otherwise), and white \
+                 counts as a radiance of 1";
+    let dim = !matches!(picture.samples, Samples::F32(_));
+    picture.notes.clone().into_iter().chain(dim.then(|| shown.to_string()))
 }
 
 impl LightSource for Box<Environment> {

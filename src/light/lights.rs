@@ -1,21 +1,23 @@
 //! All lights of a scene, and the one sampler over them.
 
 use super::choice::PowerLightSampler;
-use super::opacity::TriangleOpacity;
+use super::pattern::{Fineness, TrianglePattern};
 use super::source::LightSource;
 use super::triangle::{AreaLight, EmissiveTriangle, View};
-use super::{Light, LightSample};
+use super::{EmitterPattern, Light, LightSample};
 use crate::math::Rgb;
 use crate::simd::LANES;
 use crate::{Error, Result};
 use glam::Vec3;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// All lights of a scene.
 ///
 /// A light is chosen with probability proportional to the luminance of its power in watts: L·π·A for each emitting side
-/// of a triangle, times its mean opacity; 4π·I for a point; and what reaches a scene whose bounding sphere has the radius R, πR²·∫L dω for the
+/// of a triangle, times the mean of its pattern; 4π·I for a point; and what reaches a scene whose bounding sphere has the radius R, πR²·∫L dω for the
 /// surroundings (4π²R²·L where constant) and πR²·E for a directional light. Only ratios matter, so a common factor on
 /// all emission changes nothing. Distance and orientation are ignored: far lights get as many samples as near ones.
 #[derive(Clone, Debug)]
@@ -23,8 +25,8 @@ pub(crate) struct Lights {
     /// Indices of the choice: first the triangles, then `others`.
     triangles: Vec<AreaLight>,
     others: Vec<Light>,
-    /// By triangle, where the opacity varies over it; empty where that of no light does.
-    opacities: Vec<Option<TriangleOpacity>>,
+    /// By triangle, where the emission varies over it; empty where that of no light does.
+    patterns: Vec<Option<TrianglePattern>>,
     /// Light by (mesh, triangle).
     ids: FxHashMap<(u32, u32), u32>,
     choice: PowerLightSampler,
@@ -44,7 +46,7 @@ impl Lights {
         }
         let others = others.into_iter().map(Light::checked).collect::<Result<Vec<_>>>()?;
         let mut ids = FxHashMap::default();
-        let (mut lights, mut areas, mut opacities) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut lights, mut areas, mut patterns) = (Vec::new(), Vec::new(), Vec::new());
         for t in triangles {
             let Some((light, area)) = AreaLight::new(t)? else { continue };
             if ids.insert((t.mesh, t.triangle), lights.len() as u32).is_some() {
@@ -54,20 +56,18 @@ impl Lights {
             }
             lights.push(light);
             areas.push(area);
-            opacities.push(t.opacity.as_ref().map(|map| TriangleOpacity::new(map, t.triangle)));
+            patterns.push(t.pattern.as_ref().map(|pattern| (pattern, t.triangle)));
         }
+        let patterns = prepared(&patterns);
         let section = PI * (scene_radius as f64).powi(2);
         let far = others.iter().map(|light| light.power(section));
-        let mean = |k: usize| opacities[k].as_ref().map_or(1.0, TriangleOpacity::mean);
-        let near = lights.iter().zip(&areas).enumerate().map(|(k, (light, &area))| light.power(area) * mean(k));
+        let mean = |k: usize| patterns.get(k).and_then(Option::as_ref).map_or(Rgb::ONE, TrianglePattern::mean);
+        let near = lights.iter().zip(&areas).enumerate().map(|(k, (light, &area))| light.power(area, mean(k)));
         let choice = PowerLightSampler::new(&near.chain(far).collect::<Vec<_>>());
         for (k, (light, area)) in lights.iter_mut().zip(areas).enumerate() {
             light.choose(choice.pmf(k), area);
         }
-        if opacities.iter().all(Option::is_none) {
-            opacities = Vec::new();
-        }
-        Ok(Lights { triangles: lights, others, opacities, ids, choice })
+        Ok(Lights { triangles: lights, others, patterns, ids, choice })
     }
 
     /// Luminance of the power of each light that is no surface, in W times the lights' unit, where the scene has this radius.
@@ -110,16 +110,22 @@ impl Lights {
         self.triangles.get(index)
     }
 
-    /// Whether the opacity of any light varies.
+    /// Whether the emission of any triangle varies.
     #[inline]
-    pub(super) fn has_opacities(&self) -> bool {
-        !self.opacities.is_empty()
+    pub(super) fn has_patterns(&self) -> bool {
+        !self.patterns.is_empty()
     }
 
-    /// By what the emission of the triangle `index` is multiplied at the point that it draws with `u`.
-    pub(super) fn opacity(&self, index: usize, u: [f32; 2]) -> f32 {
-        let varying = self.opacities.get(index).and_then(Option::as_ref);
-        varying.map_or(1.0, |opacity| opacity.at(u))
+    /// Where the triangle `index` draws its point with the numbers `u`: the numbers of that point, by how much its density is
+    /// that of uniform points, and by what the emission is multiplied there. `None` where it emits the same everywhere.
+    pub(super) fn warp(&self, index: usize, u: [f32; 2]) -> Option<([f32; 2], f32, Rgb)> {
+        let pattern = self.pattern(index)?;
+        let (u, density) = pattern.warp(u);
+        Some((u, density, pattern.at(u)))
+    }
+
+    fn pattern(&self, index: usize) -> Option<&TrianglePattern> {
+        self.patterns.get(index)?.as_ref()
     }
 
     /// [`Self::sample`] where the choice has fallen on a light that is no triangle.
@@ -134,9 +140,14 @@ impl Lights {
     }
 
     /// Density per steradian with which [`Self::sample`] from `p` draws the point `y` of the triangle `light` (from
-    /// [`Self::triangle_light`]), the choice of the light included: pmf·d²/(A·cosθ). 0 where it never would.
-    pub fn pdf_triangle(&self, light: u32, p: Vec3, y: Vec3) -> f32 {
-        self.triangles[light as usize].pdf(p, y)
+    /// [`Self::triangle_light`]), the choice of the light included: pmf·d²/(A·cosθ), times the density of its pattern at the
+    /// barycentric `weights` of the second and third corner. 0 where it never would.
+    pub fn pdf_triangle(&self, light: u32, p: Vec3, y: Vec3, weights: [f32; 2]) -> f32 {
+        let triangle = self.triangles[light as usize];
+        match self.pattern(light as usize) {
+            None => triangle.pdf(p, y),
+            Some(pattern) => triangle.denser(pattern.density(weights)).pdf(p, y),
+        }
     }
 
     /// Radiance of all surroundings together from `wi` (unit), for a ray that leaves the scene.
@@ -174,11 +185,22 @@ impl Lights {
     }
 
     fn sample_triangle(&self, index: usize, p: Vec3, u: [f32; 2]) -> LightSample {
-        let light = &self.triangles[index];
-        let View { surface, wi, distance, pdf } = light.sample_from(p, u);
-        let radiance = light.radiance * self.opacity(index, u);
+        let light = self.triangles[index];
+        let (u, density, factor) = self.warp(index, u).unwrap_or((u, 1.0, Rgb::ONE));
+        let View { surface, wi, distance, pdf } = light.denser(density).sample_from(p, u);
+        let radiance = light.radiance * factor;
         LightSample { wi, distance, radiance, pdf, delta: false, target: Some(surface) }
     }
+}
+
+/// The patterns of triangles, in their order; empty where there are none.
+fn prepared(patterns: &[Option<(&Arc<dyn EmitterPattern>, u32)>]) -> Vec<Option<TrianglePattern>> {
+    if patterns.iter().all(Option::is_none) {
+        return Vec::new();
+    }
+    let fineness = Fineness::of(patterns.iter().flatten().map(|(pattern, triangle)| pattern.texels(*triangle)));
+    let new = |&(pattern, triangle)| TrianglePattern::new(pattern, triangle, fineness);
+    patterns.par_iter().map(|pattern| pattern.as_ref().map(new)).collect()
 }
 
 /// A sample that can be weighed.

@@ -12,7 +12,7 @@ mod constant;
 mod directional;
 mod environment;
 mod lights;
-mod opacity;
+mod pattern;
 mod point;
 mod samples;
 mod sky;
@@ -24,7 +24,7 @@ mod triangle;
 mod unit;
 
 pub(crate) use lights::Lights;
-pub(crate) use opacity::EmitterOpacity;
+pub(crate) use pattern::EmitterPattern;
 #[cfg(test)]
 pub(crate) use point::PointLight;
 pub(crate) use samples::LightSamples;

@@ -73,9 +73,10 @@ impl LightSamples {
         (self.surface, self.others) = (Mask::NONE, Mask::NONE);
     }
 
-    /// Chooses lights for the lanes of `lit`, as [`Lights::sample`] with the same places and numbers.
+    /// Chooses lights for the lanes of `lit`, as [`Lights::sample`] with the same places and numbers. `u` becomes what the points
+    /// are to be drawn with.
     #[inline(always)]
-    pub fn choose(&mut self, lit: Mask, lights: &Lights, p: &Vec3Lanes, u_choice: &[f64; LANES], u: &[Lanes; 2]) {
+    pub fn choose(&mut self, lit: Mask, lights: &Lights, p: &Vec3Lanes, u_choice: &[f64; LANES], u: &mut [Lanes; 2]) {
         let Some(index) = lights.choose(u_choice) else { return };
         let (mut surface, mut others) = (Mask::NONE, Mask::NONE);
         for k in each(lit) {
@@ -92,16 +93,18 @@ impl LightSamples {
             }
         }
         (self.surface, self.others, self.delta) = (surface, others, Mask::NONE);
-        if lights.has_opacities() {
-            self.weigh_by_opacity(lights, &index, u);
+        if lights.has_patterns() {
+            self.follow_patterns(lights, &index, u);
         }
     }
 
     #[inline(never)]
-    fn weigh_by_opacity(&mut self, lights: &Lights, index: &[u32; LANES], u: &[Lanes; 2]) {
+    fn follow_patterns(&mut self, lights: &Lights, index: &[u32; LANES], u: &mut [Lanes; 2]) {
         for k in each(self.surface) {
-            let opacity = lights.opacity(index[k] as usize, [u[0][k], u[1][k]]);
-            self.radiance.set(k, self.radiance.get(k) * opacity);
+            let Some((moved, density, factor)) = lights.warp(index[k] as usize, [u[0][k], u[1][k]]) else { continue };
+            [u[0][k], u[1][k]] = moved;
+            self.chosen.density[k] *= density;
+            self.radiance.set(k, self.radiance.get(k) * factor);
         }
     }
 

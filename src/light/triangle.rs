@@ -1,6 +1,6 @@
 //! Triangles that emit.
 
-use super::{EmitterOpacity, LightPoint, Rounding, check_light, wide_luminance};
+use super::{EmitterPattern, LightPoint, Rounding, check_light, wide_luminance};
 use crate::Result;
 use crate::geometry::rounding::{ROUNDING, across, thinness, unit};
 use crate::math::{Rgb, warp};
@@ -8,8 +8,7 @@ use glam::Vec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// A triangle that emits the same radiance in all directions of one side, or of both, from wherever it is not seen
-/// through.
+/// A triangle that emits the same radiance in all directions of one side, or of both; from point to point it may vary.
 #[derive(Clone)]
 pub(crate) struct EmissiveTriangle {
     /// Which triangle of which mesh of the scene this is: what a ray reports when it hits.
@@ -18,11 +17,11 @@ pub(crate) struct EmissiveTriangle {
     /// World space, counter-clockwise seen from the side that emits.
     pub corners: [Vec3; 3],
     /// W/(sr·m²). Where the triangle lets the same share of light pass everywhere, this is the mean over the rays that
-    /// arrive: what those see that it stops, times the share that it stops.
+    /// arrive: what those see that it stops, times the share that it stops. Of a picture it is the brightest texel.
     pub radiance: Rgb,
     pub two_sided: bool,
     /// By which `radiance` is multiplied from point to point; `None`: 1 everywhere.
-    pub opacity: Option<Arc<dyn EmitterOpacity>>,
+    pub pattern: Option<Arc<dyn EmitterPattern>>,
     /// How far across its plane the triangle may be from where rays meet it, for other reasons than the rounding of these
     /// corners: that of an instance's transform.
     pub slack: f32,
@@ -82,10 +81,19 @@ impl AreaLight {
         Ok(Some((light, 0.5 * cross.length())))
     }
 
-    /// W: luminance · π · area · sides.
-    pub fn power(&self, area: f64) -> f64 {
+    /// W: luminance · π · area · sides, where `mean` is that of its pattern.
+    pub fn power(&self, area: f64, mean: Rgb) -> f64 {
         let sides = if self.two_sided { 2.0 } else { 1.0 };
-        wide_luminance(self.radiance) * PI * area * sides
+        // the pattern is at most 1, and may be small: the product with the radiance must not leave the range of an f32
+        let largest = self.radiance.max_element();
+        let bright = if largest > 0.0 { wide_luminance(self.radiance / largest * mean) * largest as f64 } else { 0.0 };
+        bright * PI * area * sides
+    }
+
+    /// The same light where points are drawn with another density, `factor` times as large.
+    #[inline]
+    pub fn denser(self, factor: f32) -> AreaLight {
+        AreaLight { density: self.density * factor, ..self }
     }
 
     /// Says with which probability it is chosen.

@@ -105,6 +105,14 @@ pub fn square_to_triangle(u: [f32; 2]) -> [f32; 2] {
     [1.0 - s, u[1] * s]
 }
 
+/// The numbers of which [`square_to_triangle`] makes these weights, each in [0, 1).
+#[inline]
+pub(crate) fn triangle_to_square(weights: [f32; 2]) -> [f32; 2] {
+    let s = 1.0 - weights[0];
+    let along = if s > 0.0 { weights[1] / s } else { 0.0 };
+    [s * s, along].map(|x| x.clamp(0.0, super::ONE_MINUS_EPSILON))
+}
+
 /// Uniform sphere: z and azimuth.
 #[inline]
 pub fn square_to_uniform_sphere(u: [f32; 2]) -> Vec3 {

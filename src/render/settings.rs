@@ -22,6 +22,8 @@ pub struct RenderSettings {
     pub(crate) layers: Vec<ExtraLayer>,
     /// Watertight ray queries: no ray slips between two triangles that share an edge, for about a quarter of the speed.
     pub robust: bool,
+    /// Pictures of material libraries that are missing or cannot be read are errors.
+    pub strict: bool,
 }
 
 impl Default for RenderSettings {
@@ -34,6 +36,7 @@ impl Default for RenderSettings {
             order: Order::Progressive,
             layers: Vec::new(),
             robust: false,
+            strict: false,
         }
     }
 }
@@ -58,6 +61,9 @@ impl RenderSettings {
         let robust = "no ray slips between two triangles that share an edge, for about a quarter of the speed";
         t.flag(key("robust", robust), &mut self.robust)?;
         t.choices(key("layers", LAYERS), ExtraLayer::NAMES, &mut self.layers)?;
+        let strict = "a picture of a material library (MTL) that is missing or cannot be read is an error; else it is a warning, and half \
+                      of the colour stands in its place";
+        t.flag(key("strict", strict), &mut self.strict)?;
         t.choice(key("order", ORDER), ORDERS, &mut self.order)?;
         t.choice(key("combine", COMBINE), COMBINES, &mut self.combine)
     }

@@ -8,15 +8,13 @@ use crate::Result;
 use crate::bsdf::color_textures;
 use crate::document::suggest::{list, nearest};
 use crate::embree::LARGEST_COORDINATE;
-use crate::fields::each_texture;
 use crate::geometry::{Indices, Mesh, Placement};
-use crate::texture::{ColorTexture, ScalarTexture};
+use crate::texture::ColorTexture;
 use glam::{Affine3A, DVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
 use std::collections::BTreeSet;
-use std::path::Path;
 
 /// What is gathered from the files before anything is built.
 #[derive(Default)]
@@ -31,6 +29,8 @@ pub(crate) struct LoadedAssets {
     pub(crate) names: Vec<String>,
     /// The materials before pictures that are missing are replaced, with who describes them.
     pub(super) described: Vec<DescribedMaterial>,
+    /// Of each material, whether a library describes it and not the scene file.
+    pub(super) of_library: Vec<bool>,
     /// Index in `materials` by library and name: two models may use one name for two things.
     ids: FxHashMap<(Option<usize>, String), u32>,
     pub(crate) warnings: Vec<String>,
@@ -111,15 +111,14 @@ impl LoadedAssets {
         if let Some(&id) = self.ids.get(&(owner, name.to_string())) {
             return Ok(id);
         }
-        self.described.push(described(name, named, loaded.materials.get(name)));
-        let own =
-            || loaded.materials.get(name).map(|own| without_missing_pictures(name, own.clone(), &mut self.warnings));
         let unknown = || MaterialDescription::unknown(loaded.mesh.colors.is_some());
-        let mut material = named.cloned().or_else(own).unwrap_or_else(unknown);
+        let mut material = named.or_else(|| loaded.materials.get(name)).cloned().unwrap_or_else(unknown);
         for change in scene.material_changes.iter().filter(|change| change.name == name) {
             material = (change.apply)(&material)?;
         }
+        self.described.push(described(name, &material, named.is_some(), loaded.materials.contains_key(name)));
         self.materials.push(material);
+        self.of_library.push(named.is_none());
         self.names.push(name.to_string());
         let id = self.materials.len() as u32 - 1;
         self.ids.insert((owner, name.to_string()), id);
@@ -173,48 +172,14 @@ fn no_material(subject: &str, name: &str, known: BTreeSet<&str>) -> String {
     }
 }
 
-/// A material as the scene file has it, else as its library has it.
-fn described(
-    name: &str,
-    of_scene: Option<&MaterialDescription>,
-    of_library: Option<&MaterialDescription>,
-) -> DescribedMaterial {
-    let source = match (of_scene, of_library) {
-        (Some(_), _) => MaterialSource::SceneFile,
-        (None, Some(_)) => MaterialSource::Library,
-        (None, None) => MaterialSource::Nobody,
+/// A material, with who describes it.
+fn described(name: &str, material: &MaterialDescription, by_scene: bool, by_library: bool) -> DescribedMaterial {
+    let source = match (by_scene, by_library) {
+        (true, _) => MaterialSource::SceneFile,
+        (false, true) => MaterialSource::Library,
+        (false, false) => MaterialSource::Nobody,
     };
-    let description = of_scene.or(of_library).cloned().unwrap_or_default();
-    DescribedMaterial { name: name.to_string(), description, source }
-}
-
-/// Libraries travel without their pictures: a material from one goes on in half of its own colour, and opaque, and says
-/// so. A picture that a scene file names must be there.
-fn without_missing_pictures(
-    name: &str,
-    mut material: MaterialDescription,
-    warnings: &mut Vec<String>,
-) -> MaterialDescription {
-    let mut missing = |path: &Path| {
-        let gone = !path.is_file();
-        if gone {
-            warnings.push(format!("{}: the picture of material `{name}` is missing", path.display()));
-        }
-        gone
-    };
-    each_texture(&mut material.bsdf, |color| {
-        if let ColorTexture::Image(image) = color
-            && missing(&image.path)
-        {
-            *color = ColorTexture::Constant(image.tint * 0.5);
-        }
-    });
-    if let Some(ScalarTexture::Image(image)) = &material.opacity
-        && missing(&image.path)
-    {
-        material.opacity = None;
-    }
-    material
+    DescribedMaterial { name: name.to_string(), description: material.clone(), source }
 }
 
 /// That the transform has not carried the mesh beyond what can be traced; what its own file says is within it.

@@ -7,7 +7,7 @@ use crate::error::{Place, SourceLocation};
 use crate::film::FilmSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::texture::{ColorTexture, ScalarTexture};
+use crate::texture::{ColorTexture, ImageTexture, ReliefTexture, ScalarTexture};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -164,8 +164,12 @@ pub struct MaterialDescription {
     pub opacity: Option<ScalarTexture>,
     /// Radiance (W/(sr·m²)) leaving the side of the face's winding.
     pub emission: Rgb,
+    /// Multiplies that from point to point.
+    pub emission_map: Option<ImageTexture>,
     /// Both sides emit.
     pub emission_two_sided: bool,
+    /// Turns normals.
+    pub relief: Option<ReliefTexture>,
 }
 
 impl MaterialDescription {
@@ -202,7 +206,9 @@ impl Default for MaterialDescription {
             two_sided: true,
             opacity: None,
             emission: Rgb::ZERO,
+            emission_map: None,
             emission_two_sided: false,
+            relief: None,
         }
     }
 }

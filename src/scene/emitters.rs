@@ -1,7 +1,7 @@
 //! The lights of a scene: triangles that emit, wherever they stand, beside those that a scene file names.
 
 use super::instances::Instances;
-use super::material::{Material, emitter_opacity};
+use super::material::{Material, emitter_pattern};
 use crate::geometry::{Mesh, Placement};
 use crate::io::memory;
 use crate::light::{ConstantLight, EmissiveTriangle, Light, LightUnit, Lights};
@@ -62,19 +62,24 @@ impl<'a> Surfaces<'a> {
         let emits = materials.iter().any(|m| m.emits());
         let candidates = if emits { &mesh.materials[..] } else { &[] };
         let mirrored = place.is_some_and(|place| place.mirrored());
-        let mut varying = None;
-        candidates.iter().enumerate().filter(|(_, m)| materials[**m as usize].emits()).map(move |(triangle, m)| {
+        let mut pattern = None;
+        let glows = move |triangle: usize, m: u32| {
+            let material = &materials[m as usize];
+            material.emits() && !material.is_dark(textures, || mesh.uvs_of(triangle))
+        };
+        let candidates = candidates.iter().enumerate().filter(move |(triangle, m)| glows(*triangle, **m));
+        candidates.map(move |(triangle, m)| {
             let material = &materials[*m as usize];
-            let constant = material.constant_opacity(textures);
-            let mut map =
-                || varying.get_or_insert_with(|| emitter_opacity(mesh, materials, textures, mirrored)).clone();
+            let constant = material.constant_opacity(textures).filter(|_| !material.has_emission_map());
+            let mut varying =
+                || pattern.get_or_insert_with(|| emitter_pattern(mesh, materials, textures, mirrored)).clone();
             EmissiveTriangle {
                 mesh: k,
                 triangle: triangle as u32,
                 corners: place.map_or_else(|| mesh.corners(triangle), |place| place.facet(mesh, triangle)),
-                radiance: material.emission(true) * constant.unwrap_or(1.0),
+                radiance: material.brightest_emission() * constant.unwrap_or(1.0),
                 two_sided: material.emission_two_sided(),
-                opacity: constant.is_none().then(&mut map),
+                pattern: constant.is_none().then(&mut varying),
                 slack: place.map_or(0.0, |place| place.slack_of(mesh, triangle)),
             }
         })
@@ -113,7 +118,7 @@ mod tests {
             corners: [Vec3::ZERO, Vec3::X, Vec3::Y],
             radiance: Rgb::ONE,
             two_sided: false,
-            opacity: None,
+            pattern: None,
             slack: 0.0,
         };
         assert_eq!(collected(std::iter::repeat_with(triangle).take(5000)).unwrap().len(), 5000);

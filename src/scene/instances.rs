@@ -77,6 +77,17 @@ impl Instances {
         self.place(hit).first_surface + hit.geometry
     }
 
+    /// The mesh that was hit, and the corners of the triangle in world space, in the mesh's order.
+    pub(crate) fn corners(&self, hit: &Hit) -> (&Mesh, [Vec3; 3]) {
+        let (mesh, placement) = self.placed(hit);
+        (mesh, mesh.corners(hit.primitive as usize).map(|p| placement.point(p)))
+    }
+
+    /// Whether the mesh that was hit stands mirrored.
+    pub(crate) fn mirrored(&self, hit: &Hit) -> bool {
+        self.place(hit).placement.mirrored()
+    }
+
     fn place(&self, hit: &Hit) -> &Place {
         &self.places[(hit.instance - self.first_id) as usize]
     }

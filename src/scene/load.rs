@@ -29,6 +29,15 @@ pub(crate) enum LoadStage {
     Building,
 }
 
+/// How a scene is loaded.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct LoadOptions {
+    /// Watertight ray queries.
+    pub(crate) robust: bool,
+    /// A picture of a library that cannot be read is an error.
+    pub(crate) strict: bool,
+}
+
 impl Scene {
     /// Loads all that the description names and builds the acceleration structure with `threads` threads (0: all);
     /// `robust` asks for watertight ray queries.
@@ -50,7 +59,7 @@ impl Scene {
         description: &SceneDescription,
         robust: bool,
     ) -> Result<(Scene, Vec<String>)> {
-        Scene::load_watched(device, description, robust, &|_| ())
+        Scene::load_watched(device, description, LoadOptions { robust, ..LoadOptions::default() }, &|_| ())
     }
 
     /// The same; `watch` is told what begins.
@@ -60,24 +69,26 @@ impl Scene {
     pub(crate) fn load_watched(
         device: Arc<Device>,
         description: &SceneDescription,
-        robust: bool,
+        options: LoadOptions,
         watch: &dyn Fn(LoadStage),
     ) -> Result<(Scene, Vec<String>)> {
         check_memory(&description.film)?;
         watch(LoadStage::Models);
-        let gathered = LoadedAssets::of(description)?;
-        let names = SceneNames::of(description, &gathered);
-        let LoadedAssets { meshes, hashes, materials, described, mut warnings, description, origin, .. } = gathered;
-        let description = &description;
-        if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
+        let mut assets = LoadedAssets::of(description)?;
+        let names = SceneNames::of(description, &assets);
+        if assets.meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
         watch(LoadStage::Textures);
         let mut cache = TextureCache::default();
+        assets.stand_in_for_pictures(&mut cache, options.strict)?;
+        let LoadedAssets { meshes, hashes, materials, described, mut warnings, description, origin, .. } = assets;
+        let description = &description;
         let mut coats = CoatTables::default();
         let resolved =
             materials.iter().map(|m| Material::new(m, &mut cache, &mut coats)).collect::<Result<Vec<_>>>()?;
         let resolved = Arc::new(resolved);
+        warnings.append(&mut cache.take_notes());
         let mut found = Findings::default();
         let far = description.lights.iter().map(|light| light.load(&mut found)).collect::<Result<Vec<_>>>()?;
         warnings.append(&mut found.warnings);
@@ -85,7 +96,7 @@ impl Scene {
         let textures = Arc::new(cache.into_textures());
         watch(LoadStage::Building);
         let start = Instant::now();
-        let build = Build { device, robust, materials: &resolved, textures: &textures };
+        let build = Build { device, robust: options.robust, materials: &resolved, textures: &textures };
         let (meshes, instances, geometry) = build.world(description, meshes)?;
         let build_seconds = start.elapsed().as_secs_f64();
 

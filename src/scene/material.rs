@@ -4,10 +4,10 @@ use crate::Result;
 use crate::bsdf::{Bsdf, BsdfModel, CoatTables, color_textures};
 use crate::embree::OpacityTest;
 use crate::geometry::Mesh;
-use crate::light::EmitterOpacity;
+use crate::light::EmitterPattern;
 use crate::math::{Rgb, rng::mix};
 use crate::scene::description::MaterialDescription;
-use crate::texture::{ColorTexture, ScalarTexture, Texture, TextureCache, TextureMap};
+use crate::texture::{ColorTexture, Relief, ScalarTexture, Texture, TextureCache, TextureMap};
 use std::sync::Arc;
 
 /// A material of the scene.
@@ -23,7 +23,12 @@ pub(crate) struct Material {
     /// Whether the colour is to be multiplied by that of the mesh's vertices.
     of_vertices: [bool; 2],
     opacity: Opacity,
+    relief: Option<Relief>,
+    /// Times the picture, where there is one.
     emission: Rgb,
+    emission_map: Option<TextureMap>,
+    /// The largest component of a texel of that picture; else 1.
+    emission_peak: f32,
     /// Whether that is anything.
     emits: bool,
     emission_two_sided: bool,
@@ -60,18 +65,24 @@ impl Material {
             Some(ScalarTexture::Image(image)) => Opacity::Image(cache.resolve(image)?),
             Some(ScalarTexture::Luminance(image)) => Opacity::Luminance(cache.resolve(image)?),
         };
+        let relief = description.relief.as_ref().map(|texture| Relief::new(texture, cache)).transpose()?;
+        let emission_map = description.emission_map.as_ref().map(|image| cache.resolve(image)).transpose()?;
+        let emission_peak = emission_map.map_or(1.0, |map| map.peak(cache.textures()));
         let model = BsdfModel::new(&description.bsdf, description.two_sided, coats)?;
         let textured = maps.iter().any(Option::is_some) || of_vertices.contains(&true);
         Ok(Material {
-            plain: model.is_diffuse() && !textured,
+            plain: model.is_diffuse() && !textured && relief.is_none(),
             model,
             colors,
             textured,
             maps,
             of_vertices,
             opacity,
+            relief,
             emission: description.emission,
-            emits: description.emission != Rgb::ZERO,
+            emission_map,
+            emission_peak,
+            emits: description.emission * emission_peak != Rgb::ZERO,
             emission_two_sided: description.emission_two_sided,
         })
     }
@@ -88,6 +99,12 @@ impl Material {
         self.model.at(if self.textured { self.textured_colors(textures, uv, vertex_color) } else { self.colors })
     }
 
+    /// What turns the normals, if anything does.
+    #[inline(always)]
+    pub(crate) fn relief(&self) -> Option<&Relief> {
+        self.relief.as_ref()
+    }
+
     #[inline(never)]
     fn textured_colors(&self, textures: &[Texture], uv: [f32; 2], vertex_color: impl Fn() -> Rgb) -> [Rgb; 2] {
         let color = |k: usize| match self.maps[k] {
@@ -98,10 +115,41 @@ impl Material {
         [color(0), color(1)]
     }
 
-    /// Radiance emitted to the front, or to the back.
+    /// Radiance emitted to the front, or to the back, at the texture coordinates `uv`.
     #[inline]
-    pub(crate) fn emission(&self, front: bool) -> Rgb {
-        if front || self.emission_two_sided { self.emission } else { Rgb::ZERO }
+    pub(crate) fn emission(&self, front: bool, textures: &[Texture], uv: [f32; 2]) -> Rgb {
+        let emission = if front || self.emission_two_sided { self.emission } else { Rgb::ZERO };
+        if self.emission_map.is_none() { emission } else { emission * self.emission_factor(textures, uv) }
+    }
+
+    /// What the picture of the emission multiplies; 1 without one.
+    #[inline(never)]
+    fn emission_factor(&self, textures: &[Texture], uv: [f32; 2]) -> Rgb {
+        self.emission_map.map_or(Rgb::ONE, |map| map.color(textures, uv).max(Rgb::ZERO))
+    }
+
+    /// The largest radiance of any place, of the sides that emit.
+    pub(crate) fn brightest_emission(&self) -> Rgb {
+        self.emission * self.emission_peak
+    }
+
+    pub(crate) fn has_emission_map(&self) -> bool {
+        self.emission_map.is_some()
+    }
+
+    /// Whether nothing is emitted between these texture coordinates.
+    pub(super) fn is_dark(&self, textures: &[Texture], uvs: impl Fn() -> [[f32; 2]; 3]) -> bool {
+        self.emission_map.is_some_and(|map| map.is_black_between(textures, uvs()))
+    }
+
+    /// Texels of all pictures that say how much is seen of the emission, under a triangle with these texture coordinates.
+    fn emission_texels(&self, textures: &[Texture], uvs: [[f32; 2]; 3]) -> f64 {
+        let opacity = match self.opacity {
+            Opacity::Constant(_) => None,
+            Opacity::Image(map) | Opacity::Luminance(map) => Some(map),
+        };
+        let texels = [opacity, self.emission_map].into_iter().flatten().map(|map| map.texels_between(textures, uvs));
+        texels.fold(1.0, f64::max)
     }
 
     /// The same material with another emission on the sides that emit.
@@ -155,14 +203,14 @@ pub(super) fn opacity_test(
     cut_out.see_through.contains(&true).then(|| Box::new(cut_out) as Box<dyn OpacityTest>)
 }
 
-/// The opacity of a mesh's emissive triangles, where they stand `mirrored` or not.
-pub(super) fn emitter_opacity(
+/// How the emission varies over a mesh's emissive triangles, where they stand `mirrored` or not.
+pub(super) fn emitter_pattern(
     mesh: &Arc<Mesh>,
     materials: &Arc<Vec<Material>>,
     textures: &Arc<Vec<Texture>>,
     mirrored: bool,
-) -> Arc<dyn EmitterOpacity> {
-    Arc::new(PlacedCutOut { cut_out: CutOut::new(mesh, materials, textures), mirrored })
+) -> Arc<dyn EmitterPattern> {
+    Arc::new(PlacedPattern { cut_out: CutOut::new(mesh, materials, textures), mirrored })
 }
 
 /// Lets rays pass where the opacity says so. A partial opacity is decided by chance, and the chance is a hash of the
@@ -194,15 +242,28 @@ impl CutOut {
 
 /// Corners of a mirrored triangle that emits come in another order than in the mesh: the second and the third change
 /// places, so that they run counter-clockwise seen from the side that emits.
-struct PlacedCutOut {
+struct PlacedPattern {
     cut_out: CutOut,
     mirrored: bool,
 }
 
-impl EmitterOpacity for PlacedCutOut {
-    fn opacity(&self, triangle: u32, weights: [f32; 2]) -> f32 {
+impl PlacedPattern {
+    fn material(&self, triangle: u32) -> &Material {
+        &self.cut_out.materials[self.cut_out.mesh.materials[triangle as usize] as usize]
+    }
+}
+
+impl EmitterPattern for PlacedPattern {
+    fn factor(&self, triangle: u32, weights: [f32; 2]) -> Rgb {
         let [u, v] = if self.mirrored { [weights[1], weights[0]] } else { weights };
-        self.cut_out.opacity(triangle, u, v).unwrap_or(1.0)
+        let (material, CutOut { mesh, textures, .. }) = (self.material(triangle), &self.cut_out);
+        let opacity = self.cut_out.opacity(triangle, u, v).unwrap_or(1.0);
+        material.emission_factor(textures, mesh.uv(triangle as usize, u, v)) / material.emission_peak * opacity
+    }
+
+    fn texels(&self, triangle: u32) -> f64 {
+        let CutOut { mesh, textures, .. } = &self.cut_out;
+        self.material(triangle).emission_texels(textures, mesh.uvs_of(triangle as usize))
     }
 }
 

@@ -14,20 +14,21 @@ pub(crate) mod model;
 mod names;
 pub mod obj;
 mod origin;
+mod stand_ins;
 mod view;
 
 #[cfg(any(test, feature = "lab"))]
 pub(crate) use assets::LoadedAssets;
 pub use camera::Camera;
 pub(crate) use inventory::{DescribedMaterial, Inventory, MaterialSource, MaterialUse};
-pub(crate) use load::LoadStage;
+pub(crate) use load::{LoadOptions, LoadStage};
 
 use crate::bsdf::Bsdf;
 use crate::embree;
 use crate::geometry::{Hit, Mesh, Ray, SurfaceInteraction, Surfaces};
 use crate::light::{LightUnit, Lights};
 use crate::math::Rgb;
-use crate::texture::Texture;
+use crate::texture::{Relief, Tangents, Texture};
 use glam::{DVec3, Vec3};
 use instances::{Instances, NO_INSTANCE};
 use material::Material;
@@ -101,6 +102,7 @@ impl Scene {
     }
 
     /// How a surface of that material scatters, textures looked up; `vertex_color` finds the colour of its mesh's vertices.
+    /// Pictures that turn its normals are for [`Self::in_relief`].
     #[inline]
     pub(crate) fn bsdf<'a>(&self, material: &'a Material, uv: [f32; 2], vertex_color: impl Fn() -> Rgb) -> Bsdf<'a> {
         material.bsdf(&self.textures, uv, vertex_color)
@@ -116,6 +118,31 @@ impl Scene {
         if hit.instance != NO_INSTANCE { self.instances.mesh(*hit) } else { &self.meshes[hit.geometry as usize] }
     }
 
+    /// The BSDF of that material about the normal that its relief has where `hit` met the surface `si`.
+    #[inline(never)]
+    pub(crate) fn in_relief<'a>(
+        &self,
+        bsdf: Bsdf<'a>,
+        relief: &Relief,
+        hit: Option<Hit>,
+        si: &SurfaceInteraction,
+    ) -> Bsdf<'a> {
+        let Some(tangents) = hit.and_then(|hit| self.tangents(&hit)) else { return bsdf };
+        bsdf.with_normal(relief.normal(&self.textures, si.uv, &si.frame, tangents))
+    }
+
+    /// `None` where texture coordinates have no area, or where there are none.
+    fn tangents(&self, hit: &Hit) -> Option<Tangents> {
+        let triangle = hit.primitive as usize;
+        let (mesh, corners) = if hit.instance == NO_INSTANCE {
+            let mesh = &*self.meshes[hit.geometry as usize];
+            (mesh, mesh.corners(triangle))
+        } else {
+            self.instances.corners(hit)
+        };
+        mesh.uvs.as_ref()?.corners(&mesh.triangles, triangle).and_then(|uvs| Tangents::of(corners, uvs))
+    }
+
     /// The unit of all light in this scene: of its lights, and of what is traced in it.
     #[inline]
     pub(crate) fn light_unit(&self) -> LightUnit {
@@ -125,7 +152,7 @@ impl Scene {
     /// Radiance that the surface emits to the side it is seen from, in [`Self::light_unit`].
     #[inline]
     pub(crate) fn emission(&self, si: &SurfaceInteraction) -> Rgb {
-        self.materials[si.material as usize].emission(si.front)
+        self.materials[si.material as usize].emission(si.front, &self.textures, si.uv)
     }
 
     /// Whether the surface of a hit emits to any side.
@@ -138,8 +165,11 @@ impl Scene {
     pub(crate) fn emitter_pdf(&self, hit: &Hit, si: &SurfaceInteraction, ray: &Ray) -> f32 {
         let instanced = hit.instance != NO_INSTANCE;
         let surface = if instanced { self.instances.surface(hit) } else { hit.geometry };
-        let light = self.lights.triangle_light(surface, hit.primitive);
-        light.map_or(0.0, |light| self.lights.pdf_triangle(light, ray.org, si.p))
+        let Some(light) = self.lights.triangle_light(surface, hit.primitive) else { return 0.0 };
+        // corners of mirrored triangles that emit come in another order
+        let mirrored = instanced && self.instances.mirrored(hit);
+        let weights = if mirrored { [hit.v, hit.u] } else { [hit.u, hit.v] };
+        self.lights.pdf_triangle(light, ray.org, si.p, weights)
     }
 
     #[inline]

@@ -42,3 +42,25 @@ pub struct ImageTexture {
     /// Multiplies the picture.
     pub(crate) tint: Rgb,
 }
+
+/// A picture that turns the normals of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReliefTexture {
+    pub(crate) image: ImageTexture,
+    pub(crate) kind: ReliefKind,
+    /// Multiplies the tilt of normals, or the heights.
+    pub(crate) strength: f32,
+}
+
+/// What the values of such a picture are, as they are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReliefKind {
+    /// Normals in the frame of the texture coordinates: red along u, green along v, blue out of the surface; 0.5 is zero.
+    Normals,
+    /// Heights out of the surface in units of length.
+    Heights,
+    /// Heights in widths of a texel.
+    TexelHeights,
+    /// Normals if the picture looks like those, else heights in widths of a texel.
+    NormalsOrTexelHeights,
+}

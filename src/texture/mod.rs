@@ -4,18 +4,23 @@
 //! are interpolated, the picture repeats. v points up, so (0, 0) is the lower left corner of the file's picture.
 
 mod description;
-mod load;
+mod glow;
+mod relief;
 #[cfg(test)]
 mod tests;
 mod texels;
 
+use crate::image::picture;
 use crate::math::Rgb;
 use crate::{Error, Result};
+use glow::GlowMap;
 use rustc_hash::FxHashMap;
 use std::path::{Path, PathBuf};
-use texels::Texels;
+use std::sync::OnceLock;
+use texels::{Summary, Texels};
 
-pub use description::{ColorTexture, ImageTexture, ScalarTexture};
+pub use description::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
+pub(crate) use relief::{Relief, Tangents};
 
 /// A picture in memory as it was stored in its file: 1 to 4 channels of 8 or 16 bits, or of floats.
 #[derive(Clone, Debug)]
@@ -23,23 +28,27 @@ pub struct Texture {
     texels: Texels,
     mean: Rgb,
     opaque: bool,
+    /// The largest component of any texel's colour; 0 where none is positive.
+    peak: f32,
+    /// Made when first asked for.
+    glow: OnceLock<GlowMap>,
 }
 
 impl Texture {
-    /// Loads a PNG, JPEG or OpenEXR file; the content decides which, not the name.
+    /// Loads a picture; the content decides of which format it is, not the name.
     ///
-    /// PNG and JPEG are taken as sRGB, OpenEXR (`R`, `G`, `B` or `Y`, and `A` if there) as linear.
+    /// Whole numbers are taken as sRGB unless the file says otherwise, floats as linear.
     ///
     /// # Errors
     /// All name the file: unreadable, of another format, damaged, a side above 2¹⁶ texels, above 1 GiB when decoded,
-    /// OpenEXR values that are not finite.
+    /// floats that are not finite.
     pub fn load(path: &Path) -> Result<Texture> {
-        load::load(path).map(Texture::new)
+        picture::load(path).map(|picture| Texture::new(picture.into()))
     }
 
     fn new(texels: Texels) -> Texture {
-        let (mean, opaque) = texels.summary();
-        Texture { texels, mean, opaque }
+        let Summary { mean, opaque, peak } = texels.summary();
+        Texture { texels, mean, opaque, peak, glow: OnceLock::new() }
     }
 
     /// Linear colour at `uv`; bilinear, or of the texel that `uv` lies in. A coordinate that is not finite counts as 0.
@@ -56,6 +65,19 @@ impl Texture {
     /// The luminance of the values as they are stored at `uv`, whatever the alpha channel says.
     pub(crate) fn stored_luminance(&self, uv: [f32; 2], nearest: bool) -> f32 {
         self.interpolate(uv, nearest, |x, y| self.texels.stored_luminance(x, y))
+    }
+
+    /// The values as they are stored at `uv`, not decoded; those of integers in [0, 1].
+    fn stored_color(&self, uv: [f32; 2], nearest: bool) -> Rgb {
+        self.interpolate(uv, nearest, |x, y| self.texels.stored_color(x, y))
+    }
+
+    /// By how much the luminance of the stored values grows from one texel to the next along u and along v, in the mean of both
+    /// neighbours.
+    fn steps(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        let [width, height] = self.size().map(|side| 1.0 / side as f32);
+        let at = |u: f32, v: f32| self.stored_luminance([u, v], false);
+        [0.5 * (at(u + width, v) - at(u - width, v)), 0.5 * (at(u, v + height) - at(u, v - height))]
     }
 
     /// Mean linear colour of all texels, which is also the mean of [`Texture::color`] over the unit square.
@@ -146,9 +168,39 @@ impl TextureMap {
         textures[self.index].stored_luminance(self.picture_uv(uv), self.nearest) * texels::grey(self.tint)
     }
 
+    /// The values as they are stored at the surface's `uv`.
+    fn stored_color(&self, textures: &[Texture], uv: [f32; 2]) -> Rgb {
+        textures[self.index].stored_color(self.picture_uv(uv), self.nearest)
+    }
+
+    /// As of [`Texture::steps`] at the surface's `uv`, along the picture's own coordinates, times the luminance of the tint.
+    fn steps(&self, textures: &[Texture], uv: [f32; 2]) -> [f32; 2] {
+        textures[self.index].steps(self.picture_uv(uv)).map(|step| step * texels::grey(self.tint))
+    }
+
     /// Mean linear colour of the picture, times the tint.
     pub(crate) fn mean(&self, textures: &[Texture]) -> Rgb {
         textures[self.index].mean() * self.tint
+    }
+
+    /// The largest component of the picture's colours, times the tint; 0 where none is positive.
+    pub(crate) fn peak(&self, textures: &[Texture]) -> f32 {
+        textures[self.index].peak * self.tint.max_element()
+    }
+
+    /// Whether the picture is black between these texture coordinates of the surface; `false` where that is not known.
+    pub(crate) fn is_black_between(&self, textures: &[Texture], uvs: [[f32; 2]; 3]) -> bool {
+        let texture = &textures[self.index];
+        let glow = texture.glow.get_or_init(|| GlowMap::new(&texture.texels));
+        glow.is_black_between(&uvs.map(|uv| self.picture_uv(uv)))
+    }
+
+    /// How many texels lie between these texture coordinates of the surface, those of repeated pictures counted anew.
+    pub(crate) fn texels_between(&self, textures: &[Texture], uvs: [[f32; 2]; 3]) -> f64 {
+        let [a, b, c] = uvs.map(|uv| self.picture_uv(uv)).map(|[u, v]| glam::DVec2::new(u.into(), v.into()));
+        let [width, height] = textures[self.index].size();
+        let texels = 0.5 * (b - a).perp_dot(c - a).abs() * (width * height) as f64;
+        if texels.is_finite() { texels } else { 1.0 }
     }
 
     fn picture_uv(&self, uv: [f32; 2]) -> [f32; 2] {
@@ -160,8 +212,10 @@ impl TextureMap {
 #[derive(Debug, Default)]
 pub(crate) struct TextureCache {
     textures: Vec<Texture>,
-    /// By path without links and dots.
-    indices: FxHashMap<PathBuf, usize>,
+    /// By path without links and dots, and layer.
+    indices: FxHashMap<(PathBuf, Option<String>), usize>,
+    /// What a user should know of how files were read.
+    notes: Vec<String>,
 }
 
 impl TextureCache {
@@ -170,11 +224,14 @@ impl TextureCache {
     /// # Errors
     /// As of [`Texture::load`]; the next call tries again.
     pub(crate) fn get(&mut self, path: &Path) -> Result<usize> {
-        let real = path.canonicalize().map_err(Error::io(path))?;
+        let (file, layer) = picture::split_layer(path);
+        let real = (file.canonicalize().map_err(Error::io(&file))?, layer);
         if let Some(&index) = self.indices.get(&real) {
             return Ok(index);
         }
-        self.textures.push(Texture::load(path)?);
+        let mut picture = picture::load(path)?;
+        self.notes.extend(picture.notes.drain(..).map(|note| format!("{}: {note}", path.display())));
+        self.textures.push(Texture::new(picture.into()));
         self.indices.insert(real, self.textures.len() - 1);
         Ok(self.textures.len() - 1)
     }
@@ -191,6 +248,11 @@ impl TextureCache {
     /// The textures loaded so far, by index.
     pub(crate) fn textures(&self) -> &[Texture] {
         &self.textures
+    }
+
+    /// What there is to say of the files read since the last call.
+    pub(crate) fn take_notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
     }
 
     /// Ends loading.

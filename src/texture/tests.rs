@@ -310,11 +310,46 @@ proptest! {
     fn interpolation_stays_between_the_texels(u in -4.0f32..4.0, v in -4.0f32..4.0) {
         let texel = |x, y| image::Rgb([(x * 80) as u8, (y * 120 + 10) as u8, 77]);
         let picture = RgbImage::from_fn(3, 2, texel);
-        let samples = texels::Samples::U8(picture.into_raw());
+        let samples = crate::image::picture::Samples::U8(picture.into_raw(), srgb::DECODE_8.clone());
         let texture = Texture::new(Texels { width: 3, height: 2, channels: 3, data: samples });
         let color = texture.color([u, v], false);
         let (low, high) = (linear([0, 10, 77]), linear([160, 130, 77]));
         prop_assert!(color.cmpge(low - 1e-6).all() && color.cmple(high + 1e-6).all());
         prop_assert_eq!(color.z, low.z);
     }
+}
+
+/// What is called black between coordinates is black wherever it is looked at; what lies well beside the one bright texel is.
+#[test]
+fn black_parts_of_a_picture_are_known() {
+    let mut picture = RgbImage::new(75, 40);
+    picture.put_pixel(50, 9, image::Rgb([0, 9, 0]));
+    let texture = through_file(picture);
+    let (map, textures) =
+        (TextureMap { index: 0, scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE }, [texture]);
+    let mut rng = crate::math::rng::Rng::new(3);
+    let (mut dark, mut lit) = (0, 0);
+    for _ in 0..400 {
+        let at = [rng.f32() * 6.0 - 3.0, rng.f32() * 6.0 - 3.0];
+        let size = rng.f32().powi(3);
+        let corner = |rng: &mut crate::math::rng::Rng| [at[0] + size * rng.f32(), at[1] + size * rng.f32()];
+        let uvs = [corner(&mut rng), corner(&mut rng), corner(&mut rng)];
+        if !map.is_black_between(&textures, uvs) {
+            lit += 1;
+            continue;
+        }
+        dark += 1;
+        for _ in 0..300 {
+            let [b, c] = crate::math::warp::square_to_triangle(rng.f32x2());
+            let uv = [0, 1].map(|i| uvs[0][i] * (1.0 - b - c) + uvs[1][i] * b + uvs[2][i] * c);
+            assert_eq!(map.color(&textures, uv), Rgb::ZERO, "{uv:?} in {uvs:?}");
+        }
+    }
+    assert!(dark > 150 && lit > 60, "{dark} dark, {lit} lit");
+    let at = |u: f32, v: f32| [[u, v], [u + 0.01, v], [u, v + 0.01]];
+    assert!(map.is_black_between(&textures, at(0.1, 0.75)) && map.is_black_between(&textures, at(0.67, 0.2)));
+    assert!(!map.is_black_between(&textures, at(0.67, 0.75)) && !map.is_black_between(&textures, at(-0.33, 3.75)));
+    assert!(!map.is_black_between(&textures, [[f32::NAN, 0.0]; 3]));
+    assert_eq!(map.peak(&textures), linear([9, 9, 9]).x);
+    assert!((map.texels_between(&textures, [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]]) - 3000.0).abs() < 1e-6);
 }

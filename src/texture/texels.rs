@@ -1,7 +1,8 @@
 //! Texels as a file stored them, decoded one at a time.
 
+use crate::image::picture::{Picture, Samples, rgb};
 use crate::image::srgb;
-use crate::io::canon::texels;
+use crate::io::canon::{Canon, texels};
 use crate::math::Rgb;
 
 /// Rows of texels from the top, channels interleaved: grey, grey and alpha, RGB, or RGB and alpha.
@@ -14,32 +15,27 @@ pub(super) struct Texels {
     pub(crate) data: Samples,
 }
 
-/// `width * height * channels` values.
-#[derive(Clone, Debug)]
-pub(super) enum Samples {
-    /// sRGB.
-    U8(Vec<u8>),
-    /// sRGB.
-    U16(Vec<u16>),
+/// What is known of all texels.
+pub(super) struct Summary {
     /// Linear.
-    F32(Vec<f32>),
+    pub(crate) mean: Rgb,
+    /// Whether [`Texels::scalar`] is 1 for every texel.
+    pub(crate) opaque: bool,
+    /// The largest component of a colour; 0 where none is positive.
+    pub(crate) peak: f32,
+}
+
+impl From<Picture> for Texels {
+    fn from(picture: Picture) -> Texels {
+        let Picture { width, height, channels, samples, notes: _ } = picture;
+        Texels { width, height, channels, data: samples }
+    }
 }
 
 impl Texels {
     /// Linear colour of the texel in column `x` and row `y` from the top.
     pub(crate) fn color(&self, x: usize, y: usize) -> Rgb {
-        let first = self.first(x, y);
-        match &self.data {
-            Samples::U8(data) => {
-                let table = &*srgb::DECODE_8;
-                self.rgb(|i| table[usize::from(data[first + i])])
-            }
-            Samples::U16(data) => {
-                let table = srgb::DECODE_16.as_slice();
-                self.rgb(|i| table[usize::from(data[first + i])])
-            }
-            Samples::F32(data) => self.rgb(|i| data[first + i]),
-        }
+        self.data.color(self.first(x, y), self.channels)
     }
 
     /// Alpha, or the luminance of the stored values.
@@ -52,35 +48,41 @@ impl Texels {
 
     /// Luminance of the stored values, not decoded.
     pub(crate) fn stored_luminance(&self, x: usize, y: usize) -> f32 {
+        grey(self.stored_color(x, y))
+    }
+
+    /// The stored values, not decoded.
+    pub(crate) fn stored_color(&self, x: usize, y: usize) -> Rgb {
         let first = self.first(x, y);
-        grey(self.rgb(|i| self.stored(first + i)))
+        rgb(self.channels, |i| self.stored(first + i))
     }
 
     fn stored(&self, i: usize) -> f32 {
         match &self.data {
-            Samples::U8(data) => f32::from(data[i]) / 255.0,
-            Samples::U16(data) => f32::from(data[i]) / 65535.0,
+            Samples::U8(data, _) => f32::from(data[i]) / 255.0,
+            Samples::U16(data, _) => f32::from(data[i]) / 65535.0,
             Samples::F32(data) => data[i],
         }
     }
 
-    /// Mean linear colour, and whether `scalar` is 1 for every texel.
-    pub(crate) fn summary(&self) -> (Rgb, bool) {
+    pub(crate) fn summary(&self) -> Summary {
         let mut sum = glam::DVec3::ZERO;
-        let mut opaque = true;
+        let (mut opaque, mut peak) = (true, 0.0f32);
         for y in 0..self.height {
             for x in 0..self.width {
-                sum += self.color(x, y).as_dvec3();
+                let color = self.color(x, y);
+                sum += color.as_dvec3();
+                peak = peak.max(color.max_element());
                 opaque = opaque && self.scalar(x, y) == 1.0;
             }
         }
-        ((sum / (self.width * self.height) as f64).as_vec3(), opaque)
+        Summary { mean: (sum / (self.width * self.height) as f64).as_vec3(), opaque, peak }
     }
 
     pub(crate) fn bytes(&self) -> usize {
         match &self.data {
-            Samples::U8(data) => data.len(),
-            Samples::U16(data) => 2 * data.len(),
+            Samples::U8(data, _) => data.len(),
+            Samples::U16(data, _) => 2 * data.len(),
             Samples::F32(data) => 4 * data.len(),
         }
     }
@@ -90,12 +92,12 @@ impl Texels {
         texels([self.width, self.height], |canon| {
             canon.u64(self.channels as u64);
             match &self.data {
-                Samples::U8(data) => {
-                    canon.u64(1);
+                Samples::U8(data, table) => {
+                    curve(canon, 1, &table[..], &srgb::DECODE_8[..]);
                     canon.array(data);
                 }
-                Samples::U16(data) => {
-                    canon.u64(2);
+                Samples::U16(data, table) => {
+                    curve(canon, 2, table, &srgb::DECODE_16);
                     canon.array(data);
                 }
                 Samples::F32(data) => {
@@ -109,9 +111,14 @@ impl Texels {
     fn first(&self, x: usize, y: usize) -> usize {
         (y * self.width + x) * self.channels
     }
+}
 
-    fn rgb(&self, channel: impl Fn(usize) -> f32) -> Rgb {
-        if self.channels < 3 { Rgb::splat(channel(0)) } else { Rgb::new(channel(0), channel(1), channel(2)) }
+/// The number of how texels are stored, and the table that decodes them where that is not sRGB's.
+fn curve(canon: &mut Canon, stored: u64, table: &[f32], srgb: &[f32]) {
+    let usual = std::ptr::eq(table, srgb);
+    canon.u64(if usual { stored } else { stored + 3 });
+    if !usual {
+        canon.array(table);
     }
 }
 

@@ -21,5 +21,7 @@ mod references;
 mod report;
 mod roulette;
 mod scaling;
+mod screens;
 mod sizes;
 mod stopping;
+mod textures;

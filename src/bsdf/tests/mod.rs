@@ -5,6 +5,7 @@ mod consistency;
 mod energy;
 mod lanes;
 mod reference;
+mod shading_normal;
 
 use super::*;
 use crate::bsdf::MicrofacetDistribution::{self, Beckmann, Ggx};
@@ -22,16 +23,25 @@ struct Material {
     description: BsdfDescription,
     model: BsdfModel,
     colors: [Rgb; 2],
+    /// Of the surface, where it is not the shading normal.
+    normal: Vec3,
 }
 
 impl Material {
     fn new(name: impl Into<String>, description: BsdfDescription, two_sided: bool) -> Material {
         let model = BsdfModel::new(&description, two_sided, &mut CoatTables::default()).unwrap();
-        Material { name: name.into(), description, model, colors: [Rgb::ONE; 2] }
+        Material { name: name.into(), description, model, colors: [Rgb::ONE; 2], normal: Vec3::Z }
     }
 
     fn sided(&self, two_sided: bool) -> Material {
-        Material::new(&self.name, self.description.clone(), two_sided).colored(self.colors[0], self.colors[1])
+        Material::new(&self.name, self.description.clone(), two_sided)
+            .colored(self.colors[0], self.colors[1])
+            .turned(self.normal)
+    }
+
+    /// With a normal from a picture.
+    fn turned(self, normal: Vec3) -> Material {
+        Material { name: format!("{} about {normal}", self.name), normal, ..self }
     }
 
     fn colored(self, first: Rgb, second: Rgb) -> Material {
@@ -39,7 +49,7 @@ impl Material {
     }
 
     fn bsdf(&self) -> Bsdf<'_> {
-        self.model.at(self.colors)
+        self.model.at(self.colors).with_normal(self.normal)
     }
 }
 

@@ -1,9 +1,9 @@
 //! `[material.NAME]`: what every material has. The kinds of scattering are in [`super::scattering`].
 
 use super::scattering::{KINDS, Kind, kinds_with};
-use super::textures::scalar;
+use super::textures::{self, scalar};
 use crate::document::suggest::list;
-use crate::document::{Entry, Fault, Key, NOT_NEGATIVE, Node, Reader, Source, Value, key};
+use crate::document::{Entry, Fault, Key, Node, Reader, Source, Value, key};
 use crate::scene::description::{MaterialChange, MaterialDescription, SceneDescription};
 use std::path::Path;
 use std::sync::Arc;
@@ -113,8 +113,11 @@ pub(in crate::format) fn common(
             "share of light that is stopped, the rest goes straight on; of the emission, the same share is seen";
         scalar(t, key("opacity", meaning), base, &mut m.opacity)?;
     }
+    if kind.is_surface() {
+        textures::relief(t, base, &mut m.relief)?;
+    }
     let emission = key("emission", "radiance that leaves the side from which the face winds counter-clockwise");
-    t.color(emission.unit("W/(sr·m²)"), NOT_NEGATIVE, &mut m.emission)?;
+    textures::emission(t, emission.unit("W/(sr·m²)"), base, m)?;
     t.flag(key("emission_two_sided", "the other side emits too"), &mut m.emission_two_sided)
 }
 

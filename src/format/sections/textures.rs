@@ -1,8 +1,9 @@
 //! Colours and numbers that a picture may replace.
 
-use crate::document::{FINITE, Fault, Key, Reader, UNIT, Value, key};
+use crate::document::{FINITE, Fault, Key, NOT_NEGATIVE, Reader, UNIT, Value, key};
 use crate::math::Rgb;
-use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
+use crate::scene::description::MaterialDescription;
+use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
 use std::path::Path;
 
 /// A reflectance: a grey number, `[r, g, b]`, `{ texture = … }` or `{ vertex_color = true }`, each channel in [0, 1].
@@ -57,6 +58,81 @@ pub(in crate::format) const VERTEX_COLOR: Key = Key {
     default: Some("none"),
     ..key("vertex_color", "`true`: the colours of the mesh's vertices, in the place of a picture; not for `opacity`")
 };
+/// A radiance: a grey number, `[r, g, b]` or `{ texture = … }`, of which `tint` is the radiance of white.
+pub(in crate::format) fn emission(
+    t: &mut Reader,
+    key: Key,
+    base: &Path,
+    material: &mut MaterialDescription,
+) -> Result<(), Fault> {
+    let default = shown(&ColorTexture::Constant(material.emission));
+    let Some(node) = t.ask(key, "colour or texture", default, NOT_NEGATIVE.range())? else { return Ok(()) };
+    if !matches!(node.value, Value::Table(_)) {
+        (material.emission, material.emission_map) = (node.color(key.name, NOT_NEGATIVE)?, None);
+        return Ok(());
+    }
+    let mut table = Reader::new(texture_label(t, key.name), node)?;
+    let old = material.emission_map.take();
+    // of a surface that does not glow by a picture yet, white is 1
+    let mut radiance = if old.is_some() { material.emission } else { Rgb::ONE };
+    let map = emission_image(&mut table, old, base, &mut radiance)?;
+    (material.emission, material.emission_map) = (radiance, Some(finish(table, map)?));
+    Ok(())
+}
+
+pub(in crate::format) fn emission_image(
+    t: &mut Reader,
+    current: Option<ImageTexture>,
+    base: &Path,
+    radiance: &mut Rgb,
+) -> Result<ImageTexture, Fault> {
+    let image = image(t, current, base)?;
+    let meaning = "radiance where the picture is white (1)";
+    t.color(key("tint", meaning).unit("W/(sr·m²)"), NOT_NEGATIVE, radiance)?;
+    Ok(image)
+}
+
+/// `normal_map` or `bump_map`: what turns normals.
+pub(in crate::format) fn relief(t: &mut Reader, base: &Path, slot: &mut Option<ReliefTexture>) -> Result<(), Fault> {
+    let normals = key(
+        "normal_map",
+        "a picture of normals, `{ texture = … }`; surfaces without texture coordinates stay as they are",
+    );
+    let heights = key("bump_map", "the same of heights; not together with `normal_map`");
+    let normals = t.ask(normals.optional(), "texture", "", "")?;
+    let heights = t.ask(heights.optional(), "texture", "", "")?;
+    let (node, name, kind) = match (normals, heights) {
+        (None, None) => return Ok(()),
+        (Some(_), Some(node)) => {
+            return Err(Fault::new(node.at, "`normal_map` and `bump_map` exclude each other"));
+        }
+        (Some(node), None) => (node, "normal_map", ReliefKind::Normals),
+        (None, Some(node)) => (node, "bump_map", ReliefKind::Heights),
+    };
+    let mut table = Reader::new(texture_label(t, name), node)?;
+    let current = slot.take().filter(|relief| relief.kind == kind);
+    let relief = relief_image(&mut table, current, kind, base)?;
+    table.finish()?;
+    *slot = Some(relief);
+    Ok(())
+}
+
+pub(in crate::format) fn relief_image(
+    t: &mut Reader,
+    current: Option<ReliefTexture>,
+    kind: ReliefKind,
+    base: &Path,
+) -> Result<ReliefTexture, Fault> {
+    let (old, mut strength) = current.map_or((None, 1.0), |relief| (Some(relief.image), relief.strength));
+    let image = image(t, old, base)?;
+    match kind {
+        ReliefKind::Normals => {
+            t.number(key("strength", "multiplies the tilt of the normals"), FINITE, &mut strength)?
+        }
+        _ => t.number(key("height", "of white over black").unit("length"), FINITE, &mut strength)?,
+    }
+    Ok(ReliefTexture { image, kind, strength })
+}
 
 /// A constant colour as one would write it.
 fn shown(texture: &ColorTexture) -> String {
@@ -137,13 +213,17 @@ pub(in crate::format) fn color_image(
     base: &Path,
 ) -> Result<ImageTexture, Fault> {
     let mut image = image(t, current, base)?;
-    t.color(key("tint", "multiplies the picture, or the vertices' colours; not for `opacity`"), UNIT, &mut image.tint)?;
+    let tint = "multiplies the picture, or the vertices' colours; not for `opacity` and maps of normals";
+    t.color(key("tint", tint), UNIT, &mut image.tint)?;
     Ok(image)
 }
 
+const PICTURE: &str = "a picture: PNG, JPEG, OpenEXR (`file.exr:LAYER` for one of several layers), TGA, BMP, TIFF, GIF, WebP, Radiance HDR, \
+    DDS, PNM, ICO, QOI or farbfeld; its content says which";
+
 /// A new picture where `texture` is given, else changes to the `current` one.
 fn image(t: &mut Reader, current: Option<ImageTexture>, base: &Path) -> Result<ImageTexture, Fault> {
-    let file = key("texture", "a picture: PNG, JPEG or EXR");
+    let file = key("texture", PICTURE);
     let file = if current.is_none() { file.required() } else { file };
     let mut image = match t.path(file, base)? {
         Some(path) => plain(&path),

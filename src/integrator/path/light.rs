@@ -48,9 +48,9 @@ impl<P: Probe> Wavefront<'_, '_, P> {
     fn draw_lights(&self, packet: &mut Packet) {
         let lights = self.integrator.scene.lights();
         let lit = packet.smooth();
-        let (u_choice, u) = packet.rng.f64_f32x2(lit);
+        let (u_choice, mut u) = packet.rng.f64_f32x2(lit);
         let Packet { surfaces, lights: drawn, .. } = packet;
-        drawn.choose(lit, lights, surfaces.places(), &u_choice, &u);
+        drawn.choose(lit, lights, surfaces.places(), &u_choice, &mut u);
         drawn.resolve(surfaces.places(), &u);
     }
 

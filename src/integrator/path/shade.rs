@@ -10,6 +10,7 @@ use crate::integrator::batch::{PathPacket, PathState};
 use crate::integrator::mixture::Mixture;
 use crate::integrator::vertex_record::VertexRecord;
 use crate::math::{Rgb, luminance};
+use crate::scene::material::Material;
 use crate::simd::{LANES, Lanes, Mask, Packing, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
@@ -108,7 +109,21 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             // two calls, so that what is plain is never put down in memory between
             match material.plain() {
                 Some(bsdf) => packet.bsdfs.set(k, &bsdf),
-                None => packet.bsdfs.set(k, &scene.bsdf(material, packet.surfaces.uv(k), || packet.surfaces.color(k))),
+                None => self.set_bsdf(packet, k, material),
+            }
+        }
+    }
+
+    /// Takes how surface `k` scatters, where something has to be looked up for it.
+    #[inline(always)]
+    fn set_bsdf(&self, packet: &mut Packet<'a>, k: usize, material: &'a Material) {
+        let scene = self.integrator.scene;
+        let bsdf = scene.bsdf(material, packet.surfaces.uv(k), || packet.surfaces.color(k));
+        match material.relief() {
+            None => packet.bsdfs.set(k, &bsdf),
+            Some(relief) => {
+                let (hit, si) = (self.batch.wave.rays.hit(packet.ray(k)), packet.surfaces.get(k));
+                packet.bsdfs.set(k, &scene.in_relief(bsdf, relief, hit, &si));
             }
         }
     }
@@ -127,17 +142,23 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     #[inline(never)]
     fn keep_features(&mut self, packet: &Packet, k: usize) {
         let (scene, i, surfaces) = (self.integrator.scene, packet.ray(k), &packet.surfaces);
-        let bsdf = scene.bsdf(scene.material(surfaces.material(k)), surfaces.uv(k), || surfaces.color(k));
-        let (ray, si) = (self.batch.wave.rays.ray(i), surfaces.get(k));
-        self.batch.features[self.batch.wave.paths.slot(i) as usize] = Aovs {
+        let (material, ray, si) = (scene.material(surfaces.material(k)), self.batch.wave.rays.ray(i), surfaces.get(k));
+        let (mut bsdf, mut normal) =
+            (scene.bsdf(material, surfaces.uv(k), || surfaces.color(k)), surfaces.facing_normal(k));
+        if let Some(relief) = material.relief() {
+            bsdf = scene.in_relief(bsdf, relief, self.batch.wave.rays.hit(i), &si);
+            let turned = si.frame.to_world(bsdf.normal());
+            normal = if si.frame.n.dot(normal) < 0.0 { -turned } else { turned };
+        }
+        let slot = self.batch.wave.paths.slot(i) as usize;
+        self.batch.features[slot] = Aovs {
             albedo: bsdf.albedo(surfaces.wo_local(k)),
-            normal: surfaces.facing_normal(k),
+            normal,
             geometric_normal: si.ng * -si.ng.dot(ray.dir).signum(),
             position: si.p,
             depth: ray.tfar,
             met: 1.0,
         };
-        let slot = self.batch.wave.paths.slot(i) as usize;
         if let Some((ids, hit)) = self.batch.ids.get_mut(slot).zip(self.batch.wave.rays.hit(i)) {
             *ids = [scene.object(&hit), surfaces.material(k)];
         }

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 const GREY: Rgb = Rgb::splat(2.0);
 
 fn triangle(triangle: u32, corners: [Vec3; 3]) -> EmissiveTriangle {
-    EmissiveTriangle { mesh: 0, triangle, corners, radiance: GREY, two_sided: false, opacity: None, slack: 0.0 }
+    EmissiveTriangle { mesh: 0, triangle, corners, radiance: GREY, two_sided: false, pattern: None, slack: 0.0 }
 }
 
 fn quad(c: [Vec3; 4]) -> Vec<EmissiveTriangle> {
@@ -183,7 +183,7 @@ fn density_of_a_hit_is_that_of_the_sample() {
             continue;
         }
         let light = lights.triangle_light(0, (y.x > y.y) as u32).unwrap();
-        let pdf = lights.pdf_triangle(light, p, y);
+        let pdf = lights.pdf_triangle(light, p, y, [0.2, 0.3]);
         assert!((pdf / s.pdf - 1.0).abs() < 1e-4, "{pdf} {}", s.pdf);
         assert_eq!(s.radiance, GREY);
         assert!((surface.point - y).length() < 1e-5 && surface.normal == Vec3::NEG_Z);
@@ -198,7 +198,7 @@ fn the_back_shines_only_when_two_sided() {
     let above = Vec3::new(0.5, 0.5, 2.0);
     let lights = area_lights(&triangles);
     assert!(lights.sample(above, 0.5, [0.5, 0.5]).is_none());
-    assert_eq!(lights.pdf_triangle(0, above, Vec3::new(0.2, 0.6, 1.0)), 0.0);
+    assert_eq!(lights.pdf_triangle(0, above, Vec3::new(0.2, 0.6, 1.0), [0.2, 0.3]), 0.0);
     triangles.iter_mut().for_each(|t| t.two_sided = true);
     let lights = area_lights(&triangles);
     let sample = lights.sample(above, 0.5, [0.5, 0.5]).unwrap();
@@ -223,7 +223,7 @@ fn two_sides_and_kinds_of_light_compare_by_power() {
     let far = lights.pdf_environment(Vec3::X) as f64 * 4.0 * PI;
     assert!((far - 0.5).abs() < 1e-5, "{far}");
     let p = Vec3::new(0.3, 0.6, 0.0);
-    let density = |light, x, y| lights.pdf_triangle(light, p, Vec3::new(x, y, 1.0));
+    let density = |light, x, y| lights.pdf_triangle(light, p, Vec3::new(x, y, 1.0), [0.2, 0.3]);
     // straight up, pmf/A with A = ½
     assert!((density(0, 0.3, 0.6) * 9.0 - 1.0).abs() < 1e-5);
     assert!((density(1, 0.3, 0.6) * 4.5 - 1.0).abs() < 1e-5);
@@ -283,7 +283,7 @@ fn a_point_in_the_plane_gets_nothing_and_a_grazing_one_little() {
     let corner = Vec3::new(0.0, 0.0, 1.0);
     for p in [Vec3::new(3.0, 0.5, 1.0), corner] {
         assert!(lights.sample(p, 0.5, [0.5, 0.5]).is_none());
-        assert_eq!(lights.pdf_triangle(0, p, corner), 0.0);
+        assert_eq!(lights.pdf_triangle(0, p, corner, [0.0; 2]), 0.0);
     }
     let sample = lights.sample(Vec3::new(3.0, 0.5, 0.999_999), 0.5, [0.5, 0.5]).unwrap();
     assert!(sample.radiance.x / sample.pdf < 1e-6);

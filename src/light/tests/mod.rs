@@ -2,6 +2,7 @@
 
 mod environment;
 mod lights;
+mod patterns;
 mod samples;
 mod shadows;
 mod sky;

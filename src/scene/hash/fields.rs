@@ -6,7 +6,7 @@ use crate::document::{Bounds, Key};
 use crate::fields::{Choice, FieldVisitor, Fields};
 use crate::math::Rgb;
 use crate::scene::description::MaterialDescription;
-use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
+use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
 use glam::{Affine3A, DVec3, Vec3};
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,8 @@ pub(super) struct CanonicalFields<'a> {
 
 impl CanonicalFields<'_> {
     pub(crate) fn material(&mut self, material: &MaterialDescription) -> Result<()> {
-        let MaterialDescription { bsdf, two_sided, opacity, emission, emission_two_sided } = material;
+        let MaterialDescription { bsdf, two_sided, opacity, emission, emission_map, emission_two_sided, relief } =
+            material;
         self.canon.u32(bsdf.number());
         bsdf.clone().fields(self)?;
         self.canon.flag(*two_sided);
@@ -34,7 +35,17 @@ impl CanonicalFields<'_> {
         }
         self.canon.vector(*emission);
         self.canon.flag(*emission_two_sided);
-        Ok(())
+        // what came later is written only where it is, so that older scenes keep their numbers
+        emission_map.as_ref().map_or(Ok(()), |image| self.image(4, image))?;
+        let Some(ReliefTexture { image, kind, strength }) = relief else { return Ok(()) };
+        self.canon.u32(match kind {
+            ReliefKind::Normals => 5,
+            ReliefKind::Heights => 6,
+            ReliefKind::TexelHeights => 7,
+            ReliefKind::NormalsOrTexelHeights => 8,
+        });
+        self.canon.floats([*strength]);
+        self.image(9, image)
     }
 
     fn image(&mut self, kind: u32, image: &ImageTexture) -> Result<()> {

@@ -132,3 +132,14 @@ fn sizes_that_there_is_no_memory_for_are_errors_by_name() {
     assert!(guide.starts_with("error: guiding.memory: tables of the guide may take 8.79 PiB, "), "{guide}");
     assert!(names(here.path()).is_empty());
 }
+
+#[test]
+fn pictures_that_are_missing_are_errors_where_strict() {
+    let here = folder();
+    std::fs::write(here.path().join("a.mtl"), "newmtl m\nmap_Kd nowhere.png\n").unwrap();
+    std::fs::write(here.path().join("a.obj"), format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\n")).unwrap();
+    let message = failure(here.path(), &["a.obj", "--strict"]);
+    assert!(message.contains("nowhere.png: the picture of material `m` is missing"), "{message}");
+    let output = phototaxis(here.path()).args(["render", "a.obj", "--spp", "1"]).args(TINY).assert().success();
+    assert!(stderr(output.get_output()).contains("warning: nowhere.png: the picture of material `m` is missing"));
+}

@@ -12,6 +12,12 @@ pub(crate) fn bsdf(material: &MaterialDescription, id: &str) -> Result<Element, 
     if !opaque {
         return Err("opacity: Mitsuba's `mask` counts as a bounce and stops shadow rays".into());
     }
+    if material.relief.is_some() {
+        return Err("normals from a picture".into());
+    }
+    if material.emission_map.is_some() {
+        return Err("emission from a picture".into());
+    }
     if material.emission_two_sided && material.emission != Rgb::ZERO {
         return Err("emission on both sides".into());
     }

@@ -12,6 +12,7 @@ use crate::math::Rgb;
 use crate::render::Order;
 use crate::scene::description::{CameraDescription, Projection};
 use crate::scene::{Camera, LoadedAssets};
+use crate::texture::TextureCache;
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};
 use std::path::{Path, PathBuf};
@@ -37,7 +38,8 @@ impl Translation {
     /// # Errors
     /// [`Error::Scene`] names what Mitsuba has no counterpart of.
     pub(crate) fn write(description: &SceneFile, spp: u32, folder: &Path) -> Result<Translation> {
-        let gathered = LoadedAssets::of(&description.scene)?;
+        let mut gathered = LoadedAssets::of(&description.scene)?;
+        gathered.stand_in_for_pictures(&mut TextureCache::default(), false)?;
         let counted = SceneFile { scene: gathered.description.clone(), ..description.clone() };
         let description = same_work(&counted, &gathered, spp)?;
         let mut root = Element::new("scene").attribute("version", "3.0.0").child(integrator(&description));

@@ -40,8 +40,10 @@ impl Record {
             bsdf: if glass { self.dielectric() } else { self.opaque() },
             two_sided: !glass,
             opacity: if glass { None } else { self.opacity() },
-            emission: self.emission.unwrap_or(Rgb::ZERO),
+            emission: self.emission_factor(),
+            emission_map: self.emission_map.clone(),
             emission_two_sided: false,
+            relief: self.normal_map.as_ref().or(self.bump_map.as_ref()).cloned(),
         }
     }
 
@@ -176,6 +178,12 @@ impl Record {
                 ColorTexture::Image(ImageTexture { tint: map.tint * colour, ..map.clone() })
             }
         }
+    }
+
+    /// `Ke`. Where it is black beside a map, the map alone says what glows, which is what Blender shows.
+    fn emission_factor(&self) -> Rgb {
+        let unsaid = if self.emission_map.is_some() { Rgb::ONE } else { Rgb::ZERO };
+        self.emission.filter(|&emission| emission != Rgb::ZERO).unwrap_or(unsaid)
     }
 
     /// `map_d` times `d`; a map beside `d 0` counts alone, as with `map_Kd`.

@@ -2,9 +2,10 @@
 
 use super::super::lines::{self, Fields};
 use super::super::source::Fault;
+use super::texture::TextureStatement;
 use super::{Notes, texture};
 use crate::math::Rgb;
-use crate::texture::ImageTexture;
+use crate::texture::{ImageTexture, ReliefKind, ReliefTexture};
 use std::path::Path;
 
 /// The statements that mean something here. Numbers are finite, shares and colours in [0, 1], but `emission` and `ambient`.
@@ -46,6 +47,12 @@ pub(super) struct Record {
     pub(crate) diffuse_map: Option<ImageTexture>,
     /// `map_d`
     pub(crate) dissolve_map: Option<ImageTexture>,
+    /// `map_Ke`
+    pub(crate) emission_map: Option<ImageTexture>,
+    /// `norm`, `map_Kn`
+    pub(crate) normal_map: Option<ReliefTexture>,
+    /// `bump`, `map_Bump`
+    pub(crate) bump_map: Option<ReliefTexture>,
 }
 
 impl Record {
@@ -70,6 +77,9 @@ impl Record {
             "pcr" => self.coat_roughness = Some(statement.number(0.0, 1.0)?),
             "illum" => self.illumination = Some(statement.number(0.0, f32::MAX)?),
             "map_kd" => self.diffuse_map = statement.texture(folder)?,
+            "map_ke" => self.emission_map = statement.texture(folder)?,
+            "norm" | "map_kn" => self.normal_map = statement.relief(folder, ReliefKind::Normals)?,
+            "bump" | "map_bump" => self.bump_map = statement.relief(folder, ReliefKind::NormalsOrTexelHeights)?,
             "map_d" => self.dissolve_map = statement.texture(folder)?,
             "sharpness" => {}
             _ => notes.once(format!("statement `{name}` is ignored")),
@@ -153,7 +163,22 @@ impl Statement<'_, '_> {
         self.number(0.0, 1.0)
     }
 
+    /// A picture that is no relief.
     fn texture(&mut self, folder: &Path) -> Result<Option<ImageTexture>, Fault> {
+        let Some(TextureStatement { image, bump }) = self.read_texture(folder)? else { return Ok(None) };
+        if bump.is_some() {
+            self.notes.once(format!("option `-bm` of `{}` is ignored", self.name));
+        }
+        Ok(Some(image))
+    }
+
+    fn relief(&mut self, folder: &Path, kind: ReliefKind) -> Result<Option<ReliefTexture>, Fault> {
+        let statement = self.read_texture(folder)?;
+        let relief = |TextureStatement { image, bump }| ReliefTexture { image, kind, strength: bump.unwrap_or(1.0) };
+        Ok(statement.map(relief))
+    }
+
+    fn read_texture(&mut self, folder: &Path) -> Result<Option<TextureStatement>, Fault> {
         let texture = texture::read(self.fields.rest(), folder, self.notes)
             .map_err(|fault| fault.shifted(self.fields.at as u64))?;
         if texture.is_none() {

@@ -4,7 +4,7 @@ use crate::bsdf::{
     PlasticParameters, PrincipledParameters,
 };
 use crate::math::Rgb;
-use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
+use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
 use proptest::prelude::*;
 
 fn library(text: impl AsRef<[u8]>) -> Result<(Materials, Vec<Warning>)> {
@@ -203,18 +203,44 @@ fn maps_multiply_colours_that_are_not_black() {
 }
 
 #[test]
+fn reliefs_are_normals_or_whatever_their_picture_shows() {
+    let relief = |statements: &str| material(statements).relief;
+    let of = |file: &str, kind, strength| Some(ReliefTexture { image: image(file), kind, strength });
+    assert_eq!(relief("norm n.png"), of("n.png", ReliefKind::Normals, 1.0));
+    assert_eq!(relief("map_Kn -bm 0.5 n.png\nbump b.png"), of("n.png", ReliefKind::Normals, 0.5));
+    for statement in ["map_Bump", "bump", "map_bump"] {
+        let found = relief(&format!("{statement} -bm 2.5 b.png"));
+        assert_eq!(found, of("b.png", ReliefKind::NormalsOrTexelHeights, 2.5));
+    }
+    assert_eq!(relief("Kd 1 1 1"), None);
+    assert_eq!(messages("newmtl a\nmap_Kd -bm 2 a.png"), [(2, "option `-bm` of `map_Kd` is ignored".to_string())]);
+}
+
+#[test]
+fn emission_maps_multiply_what_is_emitted() {
+    let emission = |statements: &str| {
+        let material = material(statements);
+        (material.emission, material.emission_map)
+    };
+    assert_eq!(emission("Ke 3 2 1\nmap_Ke e.png"), (Rgb::new(3.0, 2.0, 1.0), Some(image("e.png"))));
+    assert_eq!(emission("Ke 0 0 0\nmap_Ke e.png"), (Rgb::ONE, Some(image("e.png"))));
+    assert_eq!(emission("map_Ke e.png"), (Rgb::ONE, Some(image("e.png"))));
+    assert_eq!(emission("Ke 0 0 0"), (Rgb::ZERO, None));
+}
+
+#[test]
 fn texture_options_precede_the_name() {
     let read = |argument: &str| {
         let mut notes = Notes::default();
         let texture = texture::read(argument.as_bytes(), Path::new("folder"), &mut notes).unwrap();
-        (texture, notes.messages.len())
+        (texture.map(|texture| texture.image), notes.messages.len())
     };
     let moved = ImageTexture { scale: [2.0, 3.0], offset: [0.5, 0.25], ..image("a b.png") };
     assert_eq!(read(" -s 2 3 1 -o 0.5 .25 a b.png # note"), (Some(moved), 0));
     let partial = ImageTexture { scale: [2.0, 1.0], ..image("7") };
     assert_eq!(read("-s 2 7"), (Some(partial), 0));
     assert_eq!(read("-blendu on -CC off -texres 64 -clamp off a.png"), (Some(image("a.png")), 0));
-    assert_eq!(read("-clamp on -imfchan r -bm 0.5 -t 1 2 a.png"), (Some(image("a.png")), 4));
+    assert_eq!(read("-clamp on -imfchan r -bm 0.5 -t 1 2 a.png"), (Some(image("a.png")), 3));
     assert_eq!(read(r"maps\wood #2.png"), (Some(image("maps/wood #2.png")), 0));
     assert_eq!(read("-x.png"), (Some(image("-x.png")), 0));
     assert_eq!(read(" # nothing"), (None, 0));
@@ -225,10 +251,10 @@ fn texture_options_precede_the_name() {
 
 #[test]
 fn oddities_are_reported_once() {
-    let text = "Kd 1\nnewmtl a\nmap_Bump x\nmap_Bump y\nKa 1 1 1\nKd 2 0 0\nnewmtl b\nKs 3\nNi 0\nmap_Kd\nKd spectral x.rfl\nd 0.5\nTr 0.2\nd -halo 1\nmap_Bump z\nnewmtl a\nKd .5\n";
+    let text = "Kd 1\nnewmtl a\nmap_Wood x\nmap_Wood y\nKa 1 1 1\nKd 2 0 0\nnewmtl b\nKs 3\nNi 0\nmap_Kd\nKd spectral x.rfl\nd 0.5\nTr 0.2\nd -halo 1\nmap_Wood z\nnewmtl a\nKd .5\n";
     let expected = [
         (1, "statements before the first `newmtl` are ignored"),
-        (3, "statement `map_Bump` is ignored"),
+        (3, "statement `map_Wood` is ignored"),
         (6, "`Kd` is brought into [0, 1]"),
         (8, "`Ks` is brought into [0, 1]"),
         (9, "`Ni` that is not positive is ignored"),

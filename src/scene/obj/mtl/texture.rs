@@ -8,16 +8,25 @@ use crate::math::Rgb;
 use crate::texture::ImageTexture;
 use std::path::Path;
 
+/// A texture statement.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct TextureStatement {
+    pub(crate) image: ImageTexture,
+    /// `-bm`
+    pub(crate) bump: Option<f32>,
+}
+
 /// Reads the arguments of a texture statement; `None` if there is no file name. Faults count from the start of `rest`.
-pub(super) fn read(rest: &[u8], folder: &Path, notes: &mut Notes) -> Result<Option<ImageTexture>, Fault> {
+pub(super) fn read(rest: &[u8], folder: &Path, notes: &mut Notes) -> Result<Option<TextureStatement>, Fault> {
     let argument = lines::name(rest);
     let mut words = Words { text: argument, at: 0 };
-    let mut texture =
+    let image =
         ImageTexture { path: Default::default(), scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE };
-    while words.option(&mut texture, notes)? {}
+    let mut statement = TextureStatement { image, bump: None };
+    while words.option(&mut statement, notes)? {}
     let name = paths::unquoted(lines::trim(&argument[words.at..]));
-    texture.path = paths::resolve(folder, name);
-    Ok((!name.is_empty()).then_some(texture))
+    statement.image.path = paths::resolve(folder, name);
+    Ok((!name.is_empty()).then_some(statement))
 }
 
 /// The words of a texture statement.
@@ -36,18 +45,20 @@ impl<'a> Words<'a> {
     }
 
     /// Takes an option with its arguments into account; false if the next word begins the file name.
-    fn option(&mut self, texture: &mut ImageTexture, notes: &mut Notes) -> Result<bool, Fault> {
+    fn option(&mut self, statement: &mut TextureStatement, notes: &mut Notes) -> Result<bool, Fault> {
         let Some((word, end)) = self.peek() else { return Ok(false) };
         let start = self.at;
         self.at = end;
+        let texture = &mut statement.image;
         match &*lines::text(word).to_ascii_lowercase() {
             "-s" => texture.scale = self.pair(texture.scale)?,
             "-o" => texture.offset = self.pair(texture.offset)?,
             "-mm" => texture.tint = self.gain(notes)?,
+            "-bm" => statement.bump = Some(self.pair([0.0; 2])?[0]),
             "-clamp" => self.clamp(notes),
             // How an image is filtered or cached.
             "-blendu" | "-blendv" | "-texres" | "-boost" | "-cc" => self.skip(),
-            option @ ("-bm" | "-imfchan" | "-type" | "-colorspace" | "-t") => {
+            option @ ("-imfchan" | "-type" | "-colorspace" | "-t") => {
                 notes.once(format!("option `{option}` is ignored"));
                 if option == "-t" { self.pair([0.0; 2]).map(drop)? } else { self.skip() }
             }

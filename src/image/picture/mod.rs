@@ -1,0 +1,68 @@
+//! Pictures in files of any format that is read: textures and surroundings.
+//!
+//! The content decides what a file is, never its name. Samples stay as they are stored (8 or 16 bits, or floats), and beside
+//! them stands what decodes them to linear light: the curve of sRGB unless the file says otherwise.
+
+mod formats;
+mod load;
+#[cfg(test)]
+mod tests;
+mod transfer;
+
+pub(crate) use load::{load, split_layer};
+
+use crate::math::Rgb;
+use std::sync::Arc;
+
+/// What [`load`] can read, for messages.
+pub(crate) const FORMATS: &str =
+    "PNG, JPEG, OpenEXR, TGA, BMP, TIFF, GIF, WebP, Radiance HDR, DDS, PNM, ICO, QOI or farbfeld";
+
+/// A picture as it was stored in its file.
+#[derive(Clone, Debug)]
+pub(crate) struct Picture {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// 1 to 4: grey, grey and alpha, RGB, or RGB and alpha.
+    pub(crate) channels: usize,
+    /// Rows from the top, channels interleaved: `width * height * channels` values.
+    pub(crate) samples: Samples,
+    /// What a user should know of how the file was read.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Values of a picture. Tables decode colours to linear light by their stored values; alpha is never decoded.
+#[derive(Clone, Debug)]
+pub(crate) enum Samples {
+    U8(Vec<u8>, Arc<[f32; 256]>),
+    /// The table has 65536 entries.
+    U16(Vec<u16>, Arc<[f32]>),
+    /// Linear.
+    F32(Vec<f32>),
+}
+
+impl Picture {
+    /// Linear colours of all pixels, row by row from the top.
+    pub(crate) fn colors(&self) -> Vec<Rgb> {
+        let step = self.channels;
+        (0..self.width * self.height).map(|pixel| self.samples.color(pixel * step, step)).collect()
+    }
+}
+
+impl Samples {
+    /// Linear colour of the pixel of `channels` values that begins at `first`.
+    #[inline]
+    pub(crate) fn color(&self, first: usize, channels: usize) -> Rgb {
+        match self {
+            Samples::U8(data, table) => rgb(channels, |i| table[usize::from(data[first + i])]),
+            Samples::U16(data, table) => rgb(channels, |i| table[usize::from(data[first + i])]),
+            Samples::F32(data) => rgb(channels, |i| data[first + i]),
+        }
+    }
+}
+
+/// Grey for one or two channels.
+#[inline]
+pub(crate) fn rgb(channels: usize, value: impl Fn(usize) -> f32) -> Rgb {
+    if channels < 3 { Rgb::splat(value(0)) } else { Rgb::new(value(0), value(1), value(2)) }
+}
