@@ -145,8 +145,10 @@ pub(crate) struct InstanceDescription {
 pub(crate) struct MaterialChange {
     pub(crate) name: String,
     /// The material with the change. An error is one at its place in the scene file.
-    pub(crate) apply: Arc<dyn Fn(&MaterialDescription) -> Result<MaterialDescription> + Send + Sync>,
+    pub(crate) apply: Arc<Change>,
 }
+
+type Change = dyn Fn(&MaterialDescription) -> Result<MaterialDescription> + Send + Sync;
 
 impl fmt::Debug for MaterialChange {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {

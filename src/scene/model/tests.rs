@@ -67,7 +67,7 @@ fn meshes_in_memory_that_contradict_themselves_are_refused() {
     let loaded = |model: Model| MeshSource::Memory(Arc::new(model)).load().map(drop);
     assert!(loaded(good.clone()).is_ok());
     let faults: [(&str, Change); 10] = [
-        ("colours", |m| drop(m.mesh.colors.as_mut().unwrap().pop())),
+        ("colours", |m| _ = m.mesh.colors.as_mut().unwrap().pop()),
         ("colour", |m| m.mesh.colors.as_mut().unwrap()[1][0] = 1.5),
         ("coordinate", |m| m.mesh.positions[1][2] = f32::NAN),
         ("vertex", |m| m.mesh.triangles[0][1] = 3),

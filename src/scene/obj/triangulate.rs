@@ -17,8 +17,9 @@ const RESCANNED: usize = 20_000;
 /// A spike is at most as wide as so many roundings of its coordinates to single precision, ...
 const SPIKE_ROUNDINGS: f64 = 4.0;
 
-/// ... or its triangle at most this share of the polygon's area, which single precision hardly tells from none.
-const SPIKE_AREA: f64 = 1e-7;
+/// ... or this share of its length: digits that were left off when the file was written make its sides cross. A slit of that shape
+/// is filled, which is not seen.
+const SPIKE_WIDTH: f64 = 1e-4;
 
 /// Areas that differ by less, relatively, are the same but for rounding.
 const SAME_AREA: f64 = 1e-6;
@@ -58,7 +59,7 @@ fn polygon(corners: &[[f32; 3]], out: &mut Vec<[usize; 3]>) -> bool {
     let n = corners.len();
     let plane = Plane::of(corners);
     let points: Vec<Point> = corners.iter().map(|&corner| plane.project(corner)).collect();
-    let spikes = Spikes::new(corners, plane.twice_area);
+    let spikes = Spikes::new(corners);
     if (0..n).all(|i| spikes.is_convex([points[(i + n - 1) % n], points[i], points[(i + 1) % n]])) {
         fan(n, 0, out);
     } else if n <= LARGEST_CONCAVE {
@@ -77,8 +78,6 @@ fn fan(n: usize, first: usize, out: &mut Vec<[usize; 3]>) {
 struct Plane {
     origin: DVec3,
     axes: [DVec3; 2],
-    /// Of the polygon's projection.
-    twice_area: f64,
 }
 
 impl Plane {
@@ -88,7 +87,7 @@ impl Plane {
         // Twice the area vector. A polygon without area has no side from which it looks better.
         let normal: DVec3 = corners.windows(2).map(|w| edge(w[0]).cross(edge(w[1]))).sum();
         let (u, v) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
-        Plane { origin, axes: [u, v], twice_area: normal.length() }
+        Plane { origin, axes: [u, v] }
     }
 
     fn project(&self, corner: [f32; 3]) -> Point {
@@ -104,17 +103,16 @@ fn cross(a: Point, b: Point, c: Point) -> f64 {
 
 /// Tells corners that enclose an area from those that do not.
 struct Spikes {
-    /// The width of a spike, and twice the area of its triangle, below which it is one.
+    /// What is not wider is one.
     width: f64,
-    twice_area: f64,
 }
 
 impl Spikes {
     /// For a polygon with these corners.
-    fn new(corners: &[[f32; 3]], twice_area: f64) -> Spikes {
+    fn new(corners: &[[f32; 3]]) -> Spikes {
         let largest = corners.iter().flatten().fold(0.0f32, |largest, x| largest.max(x.abs()));
         let rounding = f64::from(largest) * f64::from(f32::EPSILON) * 0.5;
-        Spikes { width: SPIKE_ROUNDINGS * rounding, twice_area: SPIKE_AREA * twice_area }
+        Spikes { width: SPIKE_ROUNDINGS * rounding }
     }
 
     /// Whether the middle one of three corners in a row is at the place of another of them, or the tip of a spike.
@@ -123,9 +121,9 @@ impl Spikes {
         if edges.contains(&Point::ZERO) {
             return true;
         }
-        let longest = edges[0].length_squared().max(edges[1].length_squared()).sqrt();
-        let turn = cross(before, corner, after).abs();
-        edges[0].dot(edges[1]) > 0.0 && turn <= self.twice_area.max(self.width * longest)
+        let length = edges[0].length().max(edges[1].length());
+        let width = cross(before, corner, after).abs() / length;
+        edges[0].dot(edges[1]) > 0.0 && width <= self.width.max(SPIKE_WIDTH * length)
     }
 
     /// Whether the polygon turns there as convex ones do, or goes straight on.
@@ -145,6 +143,8 @@ struct Ears<'a> {
     ear: Vec<bool>,
     /// Corners that may enclose no area.
     suspects: Vec<usize>,
+    /// The corner where a spike came back, beside where it went out.
+    foot: Option<usize>,
     left: usize,
     rescans: usize,
 }
@@ -155,7 +155,7 @@ impl Ears<'_> {
         let before = (0..n).map(|i| (i + n - 1) % n).collect();
         let after = (0..n).map(|i| (i + 1) % n).collect();
         let (ear, suspects, rescans) = (vec![false; n], (0..n).rev().collect(), (RESCANNED / n).max(8));
-        Ears { points, spikes, before, after, ear, suspects, left: n, rescans }
+        Ears { points, spikes, before, after, ear, suspects, foot: None, left: n, rescans }
     }
 
     fn cut(mut self, out: &mut Vec<[usize; 3]>) {
@@ -188,19 +188,25 @@ impl Ears<'_> {
 
     /// A corner that encloses no area, while there are more than three.
     fn flat(&mut self) -> Option<usize> {
+        if let Some(foot) = self.foot.take().filter(|_| self.left > 3) {
+            return Some(foot);
+        }
         while self.left > 3
             && let Some(i) = self.suspects.pop()
         {
+            let corners = [self.before[i], i, self.after[i]].map(|k| self.points[k]);
             let there = self.after[self.before[i]] == i;
-            if there && self.spikes.is_flat([self.before[i], i, self.after[i]].map(|k| self.points[k])) {
+            if there && self.spikes.is_flat(corners) {
+                let [before, tip, after] = corners;
+                let missed = before.distance(after) <= SPIKE_WIDTH * before.distance(tip).max(after.distance(tip));
+                self.foot = missed.then_some(self.after[i]);
                 return Some(i);
             }
         }
         None
     }
 
-    /// The next ear from `at` on. A polygon that crosses itself may have none: then a corner in line with its neighbours, a convex
-    /// one, or `at`.
+    /// The next ear from `at` on. A polygon that crosses itself may have none: then the corner at which least is lost or gained.
     fn find(&mut self, at: usize) -> usize {
         if let Some(i) = self.ring(at).find(|&i| self.ear[i]) {
             return i;
@@ -213,8 +219,8 @@ impl Ears<'_> {
                 return i;
             }
         }
-        let in_line = self.ring(at).find(|&i| self.turn(i) == 0.0);
-        in_line.or_else(|| self.ring(at).find(|&i| self.turn(i) > 0.0)).unwrap_or(at)
+        let area = |i: &usize| self.turn(*i).abs();
+        self.ring(at).min_by(|i, j| area(i).total_cmp(&area(j))).unwrap_or(at)
     }
 
     /// The corners left, from `at` on.

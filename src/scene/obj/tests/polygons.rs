@@ -234,8 +234,32 @@ proptest! {
         let turn = first.index(points.len());
         points.rotate_left(turn);
         let (covered, expected) = (covered(&placed(&points, axis, centre)), shoelace(&outline));
-        // coordinates to 40 are rounded by 2e-6, on edges of 160 together
-        prop_assert!((covered - expected).abs() < 2e-3, "{} for {}", covered, expected);
+        // coordinates to 40 are rounded by 2e-6, on edges of 160 together, and what is narrower than a ten-thousandth of its length
+        // of 10 may be filled
+        prop_assert!((covered - expected).abs() < 1.2e-2, "{} for {}", covered, expected);
+    }
+
+    /// A spike may come back beside where it went out, by the last digits of a file, and cross itself there.
+    #[test]
+    fn spikes_may_miss_their_foot(
+        radii in prop::collection::vec(0.2f64..5.0, 3..40),
+        spikes in prop::collection::vec((any::<prop::sample::Index>(), prop::array::uniform3(-1.0f64..1.0)), 1..4),
+        axis in prop::array::uniform3(-1.0f64..1.0),
+    ) {
+        let n = radii.len();
+        let outline: Vec<DVec2> =
+            radii.iter().enumerate().map(|(i, r)| DVec2::from_angle(i as f64 / n as f64 * TAU) * *r).collect();
+        let mut points = Vec::new();
+        for (i, &p) in outline.iter().enumerate() {
+            points.push(p);
+            if let Some((_, [length, along, across])) = spikes.iter().find(|(at, _)| at.index(n) == i) {
+                let foot = p + (p * *along + p.perp() * *across) * 1e-5;
+                points.extend([p * (2.5 + length), foot]);
+            }
+        }
+        let (covered, expected) = (covered(&placed(&points, axis, [0.0; 3])), shoelace(&outline));
+        // what crosses itself has no area of its own: what is asked for is that nothing else is drawn that one would see
+        prop_assert!((covered - expected).abs() < 0.01 * expected, "{} for {}", covered, expected);
     }
 
     /// Around a point that sees all corners, the polygon is simple; seen from anywhere in space.
