@@ -42,6 +42,9 @@
 //! radiance (luminance) that arrives at a state from an action. *spp* counts samples per pixel. From loading to the finished
 //! picture all light is in the scene's own unit, [`light::LightUnit`].
 
+// Without the laboratory the compiler cannot tell what only it uses from what nothing uses.
+#![cfg_attr(not(feature = "lab"), allow(dead_code, unused_imports))]
+
 pub mod bsdf;
 pub mod cli;
 pub mod denoise;

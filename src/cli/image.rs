@@ -154,7 +154,9 @@ impl Picture {
             })
         };
         let data = vectors("", ["R", "G", "B"])?;
-        let (albedo, normal) = (vectors("albedo", ["R", "G", "B"])?, vectors("N", ["X", "Y", "Z"])?);
+        let albedo = vectors("albedo", ["R", "G", "B"])?;
+        // pictures of earlier versions have shading normals under the other name
+        let normal = vectors("Ns", ["X", "Y", "Z"]).or_else(|_| vectors("N", ["X", "Y", "Z"]))?;
         let image = Image { width: self.width, height: self.height, data };
         let clean = denoiser.denoise(&image, &Features { albedo: &albedo, normal: &normal })?;
         self.layers.retain(|layer| layer.name != DENOISED);

@@ -16,6 +16,7 @@ mod lab;
 #[cfg(not(feature = "lab"))]
 #[path = "lab/absent.rs"]
 mod lab;
+mod layers;
 mod names;
 mod output;
 mod progress;

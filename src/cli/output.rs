@@ -1,11 +1,11 @@
 //! Where a render's pictures and figures go.
 
+use super::layers::{layers, mattes};
 use super::names;
 use super::report::{Context, Report};
 use crate::film::accumulate::Estimate;
 use crate::image::exr::{self, Attribute, DENOISED, Metadata, Window};
-use crate::image::{Image, Layer, png};
-use crate::inspect::Layers;
+use crate::image::{Image, png};
 use crate::io::atomic::{try_folder, write_atomically};
 use crate::platform::Platform;
 use crate::render::{Rendering, guide_file};
@@ -134,24 +134,6 @@ pub(super) fn beauty(estimate: &Estimate) -> Image {
     image
 }
 
-/// All that is known of a render, pixel by pixel, with what was asked for beside: what is denoised, what the guide knows.
-pub(super) fn layers(rendering: &Rendering, context: &Context) -> Vec<Layer> {
-    let e = &rendering.estimate;
-    let features =
-        |f: fn(&crate::film::tile::Aovs) -> crate::math::Rgb| -> Vec<_> { e.features.iter().map(f).collect() };
-    let mut layers = vec![
-        Layer::color("", &e.mean),
-        Layer::color("variance", &e.variance),
-        Layer::color("albedo", &features(|f| f.albedo)),
-        Layer::vector("N", &features(|f| f.normal)),
-        Layer::scalar("", "Z", e.features.iter().map(|f| f.depth).collect()),
-        Layer::scalar("samples", "Y", (0..e.mean.len()).map(|i| e.count(i) as f32).collect()),
-    ];
-    layers.extend(context.denoised.iter().map(|denoised| Layer::color(DENOISED, &denoised.image.data)));
-    layers.extend(context.guide_layers.iter().flat_map(Layers::channels));
-    layers
-}
-
 fn write_png(path: &Path, context: &Context, estimate: &Estimate) -> crate::Result<()> {
     let named = (PNG_SCENE, &*context.name);
     match &context.denoised {
@@ -166,6 +148,7 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
     extra.insert("scene".into(), Attribute::Text(context.name.clone()));
     let (exposure, tone) = (Attribute::Float(context.view.stops), Attribute::Text(context.view.tone.name().into()));
     extra.extend([(VIEW_EXPOSURE.into(), exposure), (VIEW_TONE.into(), tone)]);
+    mattes(context).iter().for_each(|matte| extra.extend(matte.attributes()));
     if let Some(denoised) = &context.denoised {
         extra.insert(VIEW_LAYER.into(), Attribute::Text(DENOISED.into()));
         extra.insert("denoiser".into(), Attribute::Text(denoised.by.clone()));
@@ -178,7 +161,8 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
         extra,
     };
     let layers = layers(rendering, context);
-    exr::write(path, &Window::full(e.width as usize, e.height as usize), layers, &metadata)
+    let window = Window::part(context.whole, context.scene.camera.corner(), [e.width, e.height]);
+    exr::write(path, &window, layers, &metadata)
 }
 
 pub(super) fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<()> {

@@ -12,11 +12,12 @@ use crate::film::{FilmSettings, MAX_SIDE};
 use crate::format;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
+use crate::image::Rectangle;
 use crate::image::{Exposure, Image, Tone, ViewTransform};
 use crate::inspect::Layers;
 use crate::render::guide_file::{self, GuideFingerprint};
 use crate::render::{GuideIo, Rendering, Settings, Stop, render_until};
-use crate::scene::description::CameraDescription;
+use crate::scene::description::{CameraDescription, Projection};
 use crate::scene::{FoundCamera, Scene};
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::Args;
@@ -53,6 +54,9 @@ pub(crate) struct RenderArguments {
     /// Scales the picture's size, for example 50%.
     #[arg(long, value_name = "PERCENT", value_parser = amounts::scale)]
     scale: Option<f64>,
+    /// Renders a part of the picture alone, in pixels from the upper left of the whole as --size and --scale leave it.
+    #[arg(long, value_name = "X,Y,W,H", value_parser = amounts::rectangle)]
+    crop: Option<Rectangle>,
     /// Samples per pixel, over all iterations, for example 64 or 1k. [default: the scene file's, else 64]
     #[arg(long, value_name = "N", value_parser = amounts::count_u32)]
     spp: Option<u32>,
@@ -69,6 +73,10 @@ pub(crate) struct RenderArguments {
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
     #[arg(long)]
     guide_layers: bool,
+    /// Adds layers to the EXR, with commas between: light apart (emission, direct, indirect), P (places), N (normals of
+    /// triangles), cryptomatte.
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
+    layers: Vec<String>,
     /// Stops by which the PNG is brightened, or auto: by its log-average luminance, highlights kept. [default: the scene
     /// file's, else 0; auto for a model]
     #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
@@ -100,7 +108,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     let threads = arguments.choices.machine.start(arguments.quiet)?;
     let (mut description, warnings) =
         format::load_seen_by(&arguments.scene, arguments.choices.camera.as_deref(), &overrides(arguments))?;
-    arguments.scale.map_or(Ok(()), |scale| rescale(&mut description.scene.film, scale))?;
+    let film = &mut description.scene.film;
+    arguments.scale.map_or(Ok(()), |scale| rescale(film, scale))?;
+    arguments.crop.map_or(Ok(()), |part| crop(film, &part))?;
     let outputs = outputs(arguments)?;
     check_options(arguments, &description, &outputs)?;
     // Whoever lacks the library learns it now and not when hours are gone.
@@ -143,6 +153,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         view: view(film, &rendering, denoised.as_ref()),
         exposure_auto: film.exposure == Exposure::Auto,
         subject: subject(&scene, &description),
+        whole: [film.width, film.height],
+        extra_layers: description.render.layers.clone(),
         guide_layers: rendering.guide.as_ref().filter(|_| arguments.guide_layers).map(|g| Layers::new(&scene, g)),
         denoised,
     };
@@ -153,13 +165,15 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
 
 /// Where the camera stands that was found, as one would write it.
 fn camera_note(found: &FoundCamera) -> String {
-    let CameraDescription { origin, target, up, vfov, .. } = &found.camera;
+    let CameraDescription { origin, target, up, vfov, view_height, .. } = &found.camera;
     let place = if found.outside { "outside, where all of the model is in the picture" } else { "where most is seen" };
     let up = if *up == Vec3::Y { String::new() } else { format!(" --set 'camera.up={up}'") };
-    format!(
-        "note: the camera stands {place}: --set 'camera.origin={origin}' --set 'camera.target={target}'{up} --set \
-         camera.vfov={vfov}"
-    )
+    let field = match found.camera.projection {
+        Projection::Perspective => format!(" --set camera.vfov={vfov}"),
+        Projection::Orthographic => format!(" --set camera.view_height={view_height}"),
+        Projection::Panorama => String::new(),
+    };
+    format!("note: the camera stands {place}: --set 'camera.origin={origin}' --set 'camera.target={target}'{up}{field}")
 }
 
 /// Writes all that was asked for and says so; `false` where pixels are not finite.
@@ -202,22 +216,32 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
     let open_ended = arguments.time.is_some() && arguments.spp.is_none();
     let spp = arguments.spp.map(|n| n.to_string()).or(open_ended.then(|| i32::MAX.to_string()));
     let budget = [spp.map(|n| format!("render.spp={n}")), arguments.time.map(|t| format!("render.time={t:?}"))];
+    let layers = (!arguments.layers.is_empty()).then(|| format!("render.layers={:?}", arguments.layers));
     let size = arguments.size.map(|(width, height)| [format!("film.width={width}"), format!("film.height={height}")]);
     let view = [
         arguments.exposure.map(|exposure| format!("film.exposure={exposure}")),
         arguments.tone.map(|tone| format!("film.tone={}", tone.name())),
     ];
-    arguments.choices.overrides(budget.into_iter().chain(view).flatten().chain(size.into_iter().flatten()))
+    arguments
+        .choices
+        .overrides(budget.into_iter().chain(view).flatten().chain(layers).chain(size.into_iter().flatten()))
 }
 
 /// The film in another size, of the same shape as far as whole pixels allow.
 fn rescale(film: &mut FilmSettings, scale: f64) -> Result<()> {
+    ensure!(film.crop.is_none(), "--scale and film.crop: give the part of the smaller picture by --crop");
     for side in [&mut film.width, &mut film.height] {
         let scaled = amounts::scaled(u64::from(*side), scale);
         ensure!(scaled <= MAX_SIDE.into(), "--scale makes a side of {scaled} pixels, and {MAX_SIDE} are the most");
         *side = scaled as u32;
     }
     Ok(())
+}
+
+fn crop(film: &mut FilmSettings, part: &Rectangle) -> Result<()> {
+    let side = |n: usize| u32::try_from(n).map_err(|_| anyhow!("--crop: {n} pixels are more than a picture has"));
+    film.crop = Some([side(part.x)?, side(part.y)?, side(part.width)?, side(part.height)?]);
+    film.check_crop().map_err(|error| anyhow!("--crop: {error}"))
 }
 
 /// Refuses options that could do nothing.
@@ -230,7 +254,9 @@ fn check_options(arguments: &RenderArguments, scene: &SceneFile, outputs: &Outpu
     {
         bail!("{option} needs a guide, and guiding.method is none");
     }
-    ensure!(!guide_layers || outputs.any("exr"), "--guide-layers needs a picture in EXR");
+    for (option, given) in [("--guide-layers", *guide_layers), ("--layers", !arguments.layers.is_empty())] {
+        ensure!(!given || outputs.any("exr"), "{option} needs a picture in EXR");
+    }
     for (option, given) in [("--exposure", arguments.exposure.is_some()), ("--tone", arguments.tone.is_some())] {
         ensure!(!given || outputs.any("png"), "{option} needs a picture in PNG: an EXR stays linear and unexposed");
     }

@@ -1,6 +1,8 @@
 //! The figures of a render, for people and for programs.
 
-use super::output::{Denoised, layers};
+use super::layers::layers;
+use super::output::Denoised;
+use crate::film::ExtraLayer;
 use crate::film::accumulate::Estimate;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::{Layer, NonFinite, Tone, ViewTransform};
@@ -112,6 +114,9 @@ pub(crate) struct Context<'a> {
     /// How the picture is shown, and whether its exposure was found by what it shows.
     pub(crate) view: ViewTransform,
     pub(crate) exposure_auto: bool,
+    /// Columns and rows of the whole film, of which a part may be rendered.
+    pub(crate) whole: [u32; 2],
+    pub(crate) extra_layers: Vec<ExtraLayer>,
     /// Where they are asked for.
     pub(crate) guide_layers: Option<Layers>,
     pub(crate) denoised: Option<Denoised>,

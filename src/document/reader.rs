@@ -229,12 +229,40 @@ impl Reader {
     fn chosen_or<T: Copy>(&mut self, key: Key, names: &[(&str, T)], default: String) -> Result<Option<T>, Fault> {
         let kind: Vec<String> = names.iter().map(|(name, _)| format!("`\"{name}\"`")).collect();
         let Some(node) = self.ask(key, kind.join(", "), default, "")? else { return Ok(None) };
-        let name = node.string(key.name)?;
-        if let Some((_, value)) = names.iter().find(|(n, _)| *n == name) {
-            return Ok(Some(*value));
+        self.named(key, &node, names).map(Some)
+    }
+
+    /// Several of a list of names, each once at most; or one name alone.
+    pub(crate) fn choices<T: Copy + PartialEq>(
+        &mut self,
+        key: impl Into<Key>,
+        names: &[(&str, T)],
+        slot: &mut Vec<T>,
+    ) -> Result<(), Fault> {
+        let key = key.into();
+        let kind: Vec<String> = names.iter().map(|(name, _)| format!("`\"{name}\"`")).collect();
+        let Some(node) = self.ask(key, format!("array of {}", kind.join(", ")), "none", "")? else { return Ok(()) };
+        slot.clear();
+        let one = std::slice::from_ref(&node);
+        for item in if let Value::Array(items) = &node.value { items } else { one } {
+            let chosen = self.named(key, item, names)?;
+            if slot.contains(&chosen) {
+                return Err(Fault::new(
+                    item.at,
+                    format!("`{}` in {} is there twice", item.string(key.name)?, key.name),
+                ));
+            }
+            slot.push(chosen);
         }
+        Ok(())
+    }
+
+    fn named<T: Copy>(&self, key: Key, node: &Node, names: &[(&str, T)]) -> Result<T, Fault> {
+        let name = node.string(key.name)?;
         let subject = format!("unknown {} `{name}` in {}", key.name, self.label);
-        Err(Fault::new(node.at, unknown(&subject, name, names.iter().map(|(n, _)| *n))))
+        let known = || unknown(&subject, name, names.iter().map(|(n, _)| *n));
+        let found = names.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
+        found.ok_or_else(|| Fault::new(node.at, known()))
     }
 
     /// The name of a file, relative to the folder `base`.

@@ -41,18 +41,6 @@ impl<P: HitPacket> HitBatch<P> {
         self.len += 1;
     }
 
-    /// Replaces ray `i`; its hit is gone.
-    #[inline]
-    pub(crate) fn set(&mut self, i: usize, ray: &Ray) {
-        debug_assert!(i < self.len);
-        self.packets[i / P::WIDTH].set(i % P::WIDTH, ray);
-    }
-
-    /// Keeps the first `len` rays.
-    pub(crate) fn truncate(&mut self, len: usize) {
-        self.len = self.len.min(len);
-    }
-
     /// Ray `i` as pushed; after [`HitBatch::trace`] its `tfar` is the distance of the hit.
     #[inline]
     pub(crate) fn ray(&self, i: usize) -> Ray {
@@ -118,11 +106,6 @@ impl<P: ShadowPacket> ShadowBatch<P> {
     #[inline]
     pub(crate) fn len(&self) -> usize {
         self.len
-    }
-
-    #[inline]
-    pub(crate) fn is_empty(&self) -> bool {
-        self.len == 0
     }
 
     #[inline]

@@ -28,7 +28,7 @@ fn mean_square_error(estimate: &Estimate) -> f32 {
 #[test]
 fn variance_layer_is_the_variance_of_the_mean() {
     for combine in [Combine::All, Combine::InverseVariance] {
-        let mut film = Film::new(64, 64, combine);
+        let mut film = Film::new(64, 64, combine, &[]);
         let mut rng = Rng::new(3);
         for spp in [8, 16, 32] {
             add_noise(&mut film, spp, 1.0, &mut rng);
@@ -44,7 +44,7 @@ fn variance_layer_is_the_variance_of_the_mean() {
 #[test]
 fn inverse_variance_beats_equal_weights_where_iterations_differ() {
     let error = |combine| {
-        let mut film = Film::new(64, 64, combine);
+        let mut film = Film::new(64, 64, combine, &[]);
         let mut rng = Rng::new(5);
         add_noise(&mut film, 32, 4.0, &mut rng);
         add_noise(&mut film, 32, 0.5, &mut rng);
@@ -70,7 +70,7 @@ fn add_fireflies(film: &mut Film, spp: u32, rng: &mut Rng) {
 #[test]
 fn a_noisy_beginning_is_known_as_such() {
     let mut rng = Rng::new(7);
-    let (mut film, mut late) = (Film::new(64, 64, Combine::InverseVariance), Film::new(64, 64, Combine::All));
+    let (mut film, mut late) = (Film::new(64, 64, Combine::InverseVariance, &[]), Film::new(64, 64, Combine::All, &[]));
     // variance of a sample: 999 first, then 0.6
     add_fireflies(&mut film, 4, &mut rng);
     for spp in [8, 16] {
@@ -84,7 +84,7 @@ fn a_noisy_beginning_is_known_as_such() {
 
 #[test]
 fn a_black_film_stays_black_and_finite() {
-    let mut film = Film::new(8, 8, Combine::InverseVariance);
+    let mut film = Film::new(8, 8, Combine::InverseVariance, &[]);
     let t = tile(8);
     let black = || TileSamples { sum: vec![Rgb::ZERO; 64], sum_squares: vec![Rgb::ZERO; 64], ..TileSamples::default() };
     for _ in 0..16 {
@@ -98,7 +98,7 @@ fn a_black_film_stays_black_and_finite() {
 #[test]
 fn scaling_the_light_scales_the_picture_and_nothing_else() {
     let picture = |scale: f32| {
-        let mut film = Film::new(16, 16, Combine::InverseVariance);
+        let mut film = Film::new(16, 16, Combine::InverseVariance, &[]);
         let mut rng = Rng::new(9);
         for spp in [8u32, 16] {
             for _ in 0..spp {
@@ -119,7 +119,7 @@ fn scaling_the_light_scales_the_picture_and_nothing_else() {
 
 #[test]
 fn variances_of_the_newest_iteration_are_of_its_own_samples() {
-    let (mut film, mut rng) = (Film::new(64, 64, Combine::InverseVariance), Rng::new(11));
+    let (mut film, mut rng) = (Film::new(64, 64, Combine::InverseVariance, &[]), Rng::new(11));
     let mean = |variances: Option<Vec<f64>>| variances.map(|v| v.iter().sum::<f64>() / v.len() as f64).unwrap();
     // of 3, 2 and 4 samples: the first two are weighed together, the third by itself
     for (spp, width) in [(3, 4.0), (2, 1.0), (4, 2.0)] {

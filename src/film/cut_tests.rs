@@ -16,7 +16,7 @@ struct Known {
 
 impl Known {
     fn new(combine: Combine, seed: u64) -> Known {
-        Known { film: Film::new(SIDE, SIDE, combine), samples: Vec::new(), rng: Rng::new(seed) }
+        Known { film: Film::new(SIDE, SIDE, combine, &[]), samples: Vec::new(), rng: Rng::new(seed) }
     }
 
     /// One sample more in each pixel of a tile, of uniform noise about 1.
@@ -28,7 +28,7 @@ impl Known {
         }
         let features = vec![Aovs { depth: 2.0, ..Aovs::default() }; sum.len()];
         let sum_squares = sum.iter().map(|&v| v * v).collect();
-        self.film.add(tile, &TileSamples { sum, sum_squares, features });
+        self.film.add(tile, &TileSamples { sum, sum_squares, features, ..TileSamples::default() });
     }
 
     /// An iteration of `whole` samples in all pixels and `more` in those of the upper half.
@@ -74,7 +74,7 @@ fn a_pixel_has_mean_and_variance_of_its_own_samples() {
     for combine in COMBINES {
         let mut known = Known::new(combine, 1);
         known.iterate(5, 3, 1.0);
-        let estimate = known.film.resolve();
+        let estimate = known.film.clone().finish();
         assert_eq!((estimate.samples, estimate.spread()), (6, (5, 8, 0)), "{combine:?}");
         for i in 0..PIXELS {
             let (mean, variance) = known.of(i);

@@ -1,13 +1,14 @@
 //! Whatever samples a film is given, its picture is finite; and black groups have no say in how noise is weighed.
 
 use super::*;
+use crate::film::group::parity;
 use proptest::prelude::*;
 
 const COMBINES: [Combine; 3] = [Combine::InverseVariance, Combine::All, Combine::Last];
 
 /// A film of `width` columns after iterations, each of which gives every pixel its samples: `samples` says which.
 fn film(combine: Combine, size: [u32; 2], iterations: &[u32], mut sample: impl FnMut(usize, u32) -> Rgb) -> Film {
-    let mut film = Film::new(size[0], size[1], combine);
+    let mut film = Film::new(size[0], size[1], combine, &[]);
     let tile = Tile { x: 0, y: 0, width: size[0], height: size[1] };
     let mut taken = 0;
     for &spp in iterations {

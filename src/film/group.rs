@@ -26,14 +26,17 @@ pub(super) struct IterationGroup {
     /// In double precision: the mean of equal samples is that sample, to the last bit.
     pub(crate) sum: Vec<DVec3>,
     pub(crate) sum_squares: Vec<Rgb>,
+    /// The same sums by radiance layer.
+    pub(crate) layers: Vec<Vec<DVec3>>,
     /// Per pixel, those that all have, and what some have beyond.
     pub(crate) samples: u32,
     pub(crate) surplus: Surplus,
 }
 
 impl IterationGroup {
-    pub(crate) fn new(pixels: usize) -> IterationGroup {
+    pub(crate) fn new(pixels: usize, layers: usize) -> IterationGroup {
         IterationGroup {
+            layers: vec![vec![DVec3::ZERO; pixels]; layers],
             sum: vec![DVec3::ZERO; pixels],
             sum_squares: vec![Rgb::ZERO; pixels],
             samples: 0,
@@ -58,7 +61,11 @@ impl IterationGroup {
 
     /// Both together.
     pub(crate) fn joined(mut self, other: &IterationGroup) -> IterationGroup {
-        self.sum.par_iter_mut().zip(&other.sum).for_each(|(sum, more)| *sum += more);
+        let add = |sums: &mut Vec<DVec3>, more: &[DVec3]| {
+            sums.par_iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+        };
+        add(&mut self.sum, &other.sum);
+        self.layers.iter_mut().zip(&other.layers).for_each(|(sums, more)| add(sums, more));
         self.sum_squares.par_iter_mut().zip(&other.sum_squares).for_each(|(sum, more)| *sum += more);
         self.samples += other.samples;
         self.surplus.add_all(&other.surplus);
@@ -77,11 +84,17 @@ impl IterationGroup {
         (mean, spread.map(bounded) / (n - 1.0))
     }
 
-    /// The samples that came after those of `before`, of which all pixels had equally many.
+    /// Mean of a pixel in a radiance layer; zero without samples.
+    pub(crate) fn layer_mean(&self, layer: usize, i: usize) -> Rgb {
+        (self.layers[layer][i] / self.count(i).max(1) as f64).as_vec3()
+    }
+
+    /// The samples that came after those of `before`, of which all pixels had equally many; without radiance layers.
     pub(crate) fn since(&self, before: &IterationGroup) -> IterationGroup {
         IterationGroup {
             sum: self.sum.iter().zip(&before.sum).map(|(all, before)| all - before).collect(),
             sum_squares: self.sum_squares.iter().zip(&before.sum_squares).map(|(all, before)| all - before).collect(),
+            layers: Vec::new(),
             samples: self.samples - before.samples,
             surplus: self.surplus.clone(),
         }

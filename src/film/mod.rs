@@ -3,10 +3,18 @@
 pub mod accumulate;
 pub(crate) mod alike;
 pub(crate) mod blur;
+mod extra_layer;
+mod features;
 mod group;
+pub(crate) mod ids;
+mod picture;
+mod radiance_layer;
 mod settings;
 mod surplus;
 pub(crate) mod tile;
 
+pub(crate) use extra_layer::ExtraLayer;
+pub(crate) use radiance_layer::LightPath;
+pub use radiance_layer::RadianceLayer;
 pub(crate) use settings::SIDE;
 pub use settings::{Combine, FilmSettings, Filter, MAX_SIDE};

@@ -15,6 +15,8 @@ pub struct FilmSettings {
     pub(crate) width: u32,
     pub(crate) height: u32,
     pub(crate) filter: Filter,
+    /// The part that is rendered: x and y of its upper left pixel, width and height. `None`: all.
+    pub(crate) crop: Option<[u32; 4]>,
     /// Of the PNG only: how much the picture is brightened.
     pub(crate) exposure: Exposure,
     /// Of the PNG only: how light becomes a colour of the screen.
@@ -27,6 +29,7 @@ impl Default for FilmSettings {
             width: 1280,
             height: 720,
             filter: Filter::Box,
+            crop: None,
             exposure: Exposure::default(),
             tone: Tone::default(),
         }
@@ -39,21 +42,54 @@ impl FilmSettings {
         (self.width, self.height) = (width.unwrap_or(self.width), height.unwrap_or(self.height));
     }
 
+    /// Width and height of the part that is rendered.
+    pub(crate) fn rendered(&self) -> [u32; 2] {
+        self.crop.map_or([self.width, self.height], |[_, _, width, height]| [width, height])
+    }
+
+    /// That the part which is rendered is a part, and not empty.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub(crate) fn check_crop(&self) -> Result<(), String> {
+        let Some([x, y, width, height]) = self.crop else { return Ok(()) };
+        let fits =
+            |from: u32, length: u32, all: u32| length > 0 && from.checked_add(length).is_some_and(|end| end <= all);
+        if fits(x, width, self.width) && fits(y, height, self.height) {
+            return Ok(());
+        }
+        let (all_width, all_height) = (self.width, self.height);
+        Err(format!("{width} × {height} pixels at ({x}, {y}) are no part of a picture of {all_width} × {all_height}"))
+    }
+
     /// Reads `[film]` over what there is.
     pub(crate) fn read(&mut self, t: &mut Reader) -> Result<(), Fault> {
         let filters = [("box", Filter::Box), ("tent", Filter::Tent), ("gaussian", Filter::Gaussian)];
         let width = key(
             "width",
-            "of the picture; a render takes some 256 bytes a pixel, and more than there is free is refused",
+            "of the picture; a render takes some 320 bytes a pixel, and more than there is free is refused",
         );
         t.integer(width.unit("pixels"), SIDE, &mut self.width)?;
         t.integer(key("height", "of the picture").unit("pixels"), SIDE, &mut self.height)?;
         let filter = "reconstruction: box one pixel wide; tent of radius 1; Gaussian of standard deviation 0.5, cut off at 1.5 pixels";
         t.choice(key("filter", filter), &filters, &mut self.filter)?;
+        crop(t, self)?;
         exposure(t, &mut self.exposure)?;
         let tone = "how light becomes a colour of the PNG, see [pictures.md](pictures.md)";
         t.choice(key("tone", tone), &Tone::NAMES, &mut self.tone)
     }
+}
+
+/// A part of the picture.
+fn crop(t: &mut Reader, film: &mut FilmSettings) -> Result<(), Fault> {
+    let meaning =
+        "the part that is rendered: x and y of its upper left pixel, width and height; the same pixels as of the whole";
+    let key = key("crop", meaning).unit("pixels").optional();
+    let Some(node) = t.ask(key, "`[x, y, width, height]`", "", "")? else { return Ok(()) };
+    let whole = Bounds::new(|x| x.fract() == 0.0 && x >= 0.0 && x <= MAX_SIDE as f64, "whole numbers from 0 to 65536");
+    let part = node.numbers::<4>("crop", whole)?.map(|x| x as u32);
+    film.crop = Some(part);
+    Ok(())
 }
 
 /// Stops, or "auto".

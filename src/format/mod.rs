@@ -15,6 +15,7 @@ pub(crate) use model::whole_file;
 use crate::document::suggest::unknown;
 use crate::document::{Node, Reader, Source, overrides_tree};
 use crate::embree::Device;
+use crate::film::accumulate::BYTES_PER_LAYER;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
 use crate::integrator::{IntegratorSettings, Roulette};
 use crate::io::memory;
@@ -68,8 +69,12 @@ impl SceneFile {
         Ok(loaded)
     }
 
-    /// That there is memory for what the guide may take, before it is asked for.
+    /// That there is memory for radiance layers and for what the guide may take, before it is asked for.
     fn check_memory(&self) -> Result<()> {
+        let [width, height] = self.scene.film.rendered();
+        let layers = self.render.radiance_layers().len() as u64;
+        memory::check(layers * u64::from(width) * u64::from(height) * BYTES_PER_LAYER)
+            .map_err(|shortage| Error::Scene(format!("render.layers: {layers} layers {shortage}")))?;
         if self.guiding.method == GuidingMethod::None {
             return Ok(());
         }
@@ -161,6 +166,7 @@ fn choose_camera(scene: &mut SceneDescription, name: Option<&str>) -> Result<(),
 ///
 /// # Errors
 /// As [`load`].
+#[cfg(test)]
 pub(crate) fn parse(text: &str, path: &Path, overrides: &[String]) -> Result<(SceneFile, Vec<String>)> {
     let (mut file, warnings) = toml::parse(text, path)?;
     apply_overrides(&mut file, path, overrides, false)?;

@@ -65,6 +65,12 @@ impl Window {
     pub fn full(width: usize, height: usize) -> Window {
         Window { width, height, left: 0, top: 0, stored_width: width, stored_height: height }
     }
+
+    /// A part of the picture is stored.
+    pub(crate) fn part(whole: [u32; 2], corner: [u32; 2], size: [u32; 2]) -> Window {
+        let [[width, height], [stored_width, stored_height]] = [whole, size].map(|side| side.map(|n| n as usize));
+        Window { width, height, left: corner[0] as i32, top: corner[1] as i32, stored_width, stored_height }
+    }
 }
 
 /// Writes `layers`, whose channels hold the stored part of `window` row after row, with ZIP compression.

@@ -1,5 +1,6 @@
 //! Pictures: in memory, in files, and how far two of them are apart.
 
+pub(crate) mod cryptomatte;
 pub mod exr;
 pub(crate) mod flip;
 mod layers;

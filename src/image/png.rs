@@ -71,7 +71,7 @@ mod tests {
     fn written(image: &Image, exposure: f32) -> ::image::RgbImage {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("picture.png");
-        write(&path, image, &ViewTransform::exposed(exposure), &[]).unwrap();
+        write(&path, image, &ViewTransform { stops: exposure, tone: Tone::Srgb }, &[]).unwrap();
         ::image::open(&path).unwrap().into_rgb8()
     }
 

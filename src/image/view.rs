@@ -136,11 +136,6 @@ impl ViewTransform {
         ViewTransform { stops: exposure.stops(image, tone), tone }
     }
 
-    /// Only brightened, and clamped.
-    pub(crate) fn exposed(stops: f32) -> ViewTransform {
-        ViewTransform { stops, tone: Tone::Srgb }
-    }
-
     /// The bytes of a picture, three for each pixel.
     pub(crate) fn bytes(&self, image: &Image) -> Vec<u8> {
         let gain = self.stops.exp2();

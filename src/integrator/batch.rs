@@ -1,8 +1,10 @@
 //! The memory of a batch of paths, and what comes out of it.
 
 use super::backward_pass::{Return, WaveRecord};
+use super::radiance::Radiance;
 use super::vertex_record::VertexRecords;
 use crate::embree::{HitBatch, ShadowBatch};
+use crate::film::ids::Ids;
 use crate::film::tile::{Aovs, Tile, TileSamples};
 use crate::guiding::Recorder;
 use crate::io::clock::CpuTime;
@@ -213,10 +215,10 @@ pub struct Batch {
     pub(super) followed: [Vec<Return>; 2],
     /// Vertices with their normals, while the guide has no sites.
     pub(super) points: Vec<(Vec3, Vec3)>,
-    pub(super) radiance: Vec<Rgb>,
-    /// As much of it as no bounce brought; empty where not asked for, or no path came so far.
-    pub(super) direct: Vec<Rgb>,
+    pub(super) radiance: Radiance,
     pub(super) features: Vec<Aovs>,
+    /// What camera rays met; empty where not asked for.
+    pub(super) ids: Vec<Ids>,
     /// By path, 1 over the luminance expected of its pixel, where guided roulette goes by it.
     pub(super) inverse_luminance: Vec<f32>,
     /// Empty: for the next task's transitions, perhaps with room from earlier ones.
@@ -233,9 +235,9 @@ impl Batch {
             vertices: Vec::new(),
             followed: Default::default(),
             points: Vec::new(),
-            radiance: Vec::new(),
-            direct: Vec::new(),
+            radiance: Radiance::default(),
             features: Vec::new(),
+            ids: Vec::new(),
             inverse_luminance: Vec::new(),
             recorder: Recorder::new(),
         }

@@ -164,7 +164,7 @@ impl<'a> Mixture<'a> {
     }
 
     /// Draws a direction. `wo` is in the shading frame. `None` where the path ends.
-    #[inline(always)]
+    #[cfg(test)]
     pub(crate) fn sample(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
         let cell = self.choose_guide(rng);
         self.sample_by(cell, si, wo, rng)

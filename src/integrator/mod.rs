@@ -5,6 +5,7 @@ pub(crate) mod batch;
 pub(crate) mod mixture;
 pub(crate) mod path;
 pub mod probe;
+mod radiance;
 mod roulette;
 mod settings;
 pub(crate) mod stop;

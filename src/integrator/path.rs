@@ -13,6 +13,8 @@ use super::probe::{Cast, Probe, Stage};
 use super::roulette::RouletteNormalisation;
 use super::stop::Stop;
 use crate::embree::Coherence;
+use crate::film::RadianceLayer;
+use crate::film::ids::NOTHING;
 use crate::film::tile::{Aovs, Tile};
 use crate::geometry::Ray;
 use crate::guiding::Field;
@@ -33,8 +35,12 @@ pub(crate) struct PathIntegrator<'a> {
     pub(crate) seed: u64,
     /// Also average what the camera sees first.
     pub(crate) features: bool,
+    /// With these, also count which objects and materials it sees.
+    pub(crate) ids: bool,
     /// Also tell the light that bounced from what came directly.
     pub(crate) bounced: bool,
+    /// Layers of light that are kept apart.
+    pub(crate) layers: &'a [RadianceLayer],
 }
 
 /// How the guide takes part.
@@ -103,8 +109,7 @@ impl PathIntegrator<'_> {
         let tile = Tile { x: 0, y: 0, width: starts.len() as u32, height: 1 };
         let task = Task { tile, first_sample: 0, samples: 1 };
         batch.wave.clear();
-        batch.radiance.clear();
-        batch.radiance.resize(starts.len(), Rgb::ZERO);
+        batch.radiance.begin(std::iter::empty(), starts.len());
         for (slot, &Start { ray, pdf, rng }) in (0..).zip(starts) {
             batch.wave.rays.push(&ray);
             let pdf = pdf.unwrap_or(f32::INFINITY);
@@ -115,7 +120,12 @@ impl PathIntegrator<'_> {
         let mut walk = Wavefront { integrator: self, task: &task, batch, probe, counters, learn: false, jitter };
         walk.weigh_pixels();
         walk.advance(2, &Stop::new());
-        walk.batch.radiance.clone()
+        walk.batch.radiance.all.clone()
+    }
+
+    /// Light that no choice of directions helps with: what the first vertex emits, and what shadow rays from it find.
+    pub(super) fn unbounced(&self) -> Option<RadianceLayer> {
+        self.bounced.then_some(RadianceLayer::Shortest(if self.settings.next_event { 2 } else { 1 }))
     }
 }
 
@@ -140,21 +150,21 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let (task, integrator, b) = (self.task, self.integrator, &mut *self.batch);
         let tile = task.tile;
         b.wave.clear();
-        b.radiance.clear();
-        b.radiance.resize(task.paths(), Rgb::ZERO);
+        b.radiance.begin(integrator.layers.iter().copied().chain(integrator.unbounced()), task.paths());
         b.features.clear();
         b.features.resize(if integrator.features { task.paths() } else { 0 }, Aovs::default());
+        b.ids.clear();
+        b.ids.resize(if integrator.features && integrator.ids { task.paths() } else { 0 }, NOTHING);
         if self.learn {
             b.wave.paths.arrivals.begin(task.paths());
         }
-        b.direct.clear();
         let camera = &integrator.scene.camera;
         for sample in 0..task.samples {
             for_blocks(tile.width, tile.height, |x, y| {
                 let slot = sample * tile.pixels() as u32 + y * tile.width + x;
                 let (px, py) = (tile.x + x, tile.y + y);
-                let mut rng = Rng::for_path(integrator.seed, py * camera.width + px, task.first_sample + sample);
-                b.wave.rays.push(&camera.ray(px, py, rng.f32x2()));
+                let mut rng = Rng::for_path(integrator.seed, camera.pixel(px, py), task.first_sample + sample);
+                b.wave.rays.push(&camera.sample_ray(px, py, &mut rng));
                 b.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf: f32::INFINITY, analog: 1.0 });
             });
         }
@@ -182,7 +192,6 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             self.counters.rays += self.batch.wave.rays.len() as u64;
             self.trace(depth, coherence);
             self.shade_wave(depth as u32);
-            self.keep_direct(depth);
             self.counters.shadow_rays += self.batch.shadow_rays.len() as u64;
             self.trace_shadows(depth);
             self.add_next_events(depth);
@@ -190,15 +199,6 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             depth += 1;
         }
         true
-    }
-
-    /// Notes what each path has brought by the time when only light of a further bounce can follow: that which the first
-    /// vertex emits, and that of lights which it saw. No choice of directions helps with what shadow rays find.
-    fn keep_direct(&mut self, depth: usize) {
-        let PathIntegrator { settings, bounced, .. } = self.integrator;
-        if *bounced && depth == if settings.next_event { 2 } else { 1 } {
-            self.batch.direct.extend_from_slice(&self.batch.radiance);
-        }
     }
 
     fn trace(&mut self, depth: usize, coherence: Coherence) {
@@ -219,7 +219,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     /// Random numbers of the batch, apart from those of its paths.
     fn jitter_numbers(&self) -> Rng {
         let Task { tile, first_sample, .. } = *self.task;
-        let corner = tile.y * self.integrator.scene.camera.width + tile.x;
+        let corner = self.integrator.scene.camera.pixel(tile.x, tile.y);
         Rng::for_path(!self.integrator.seed, corner, first_sample)
     }
 }

@@ -41,7 +41,8 @@ pub(crate) struct Cast<'a, Rays> {
 }
 
 /// Watches one batch. Everything has a body that watches nothing.
-pub(crate) trait Probe {
+#[expect(private_interfaces, reason = "outside this crate only `()` watches batches, and it needs none of their types")]
+pub trait Probe {
     /// Finds the closest hits of a wave.
     #[inline(always)]
     fn trace(&mut self, cast: Cast<HitBatch>, scene: &Scene, coherence: Coherence) {

@@ -37,7 +37,7 @@ impl WallClock {
 
 /// Processor time, user and system: the sum over the threads that it was measured for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
-pub(crate) struct CpuTime(Duration);
+pub struct CpuTime(Duration);
 
 impl CpuTime {
     pub(crate) fn seconds(self) -> f64 {

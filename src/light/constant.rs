@@ -57,6 +57,10 @@ impl LightSource for ConstantLight {
         Some(LightSample::far(wi, self.radiance, warp::UNIFORM_SPHERE_PDF, false))
     }
 
+    fn surrounds(&self) -> bool {
+        true
+    }
+
     fn radiance(&self, _wi: Vec3) -> Rgb {
         self.radiance
     }

@@ -87,6 +87,10 @@ impl LightSource for Box<Environment> {
         Some(LightSample::far(wi, radiance, pdf, false))
     }
 
+    fn surrounds(&self) -> bool {
+        true
+    }
+
     fn radiance(&self, wi: Vec3) -> Rgb {
         Environment::radiance(self, wi)
     }

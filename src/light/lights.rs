@@ -149,6 +149,11 @@ impl Lights {
         self.others.iter().map(|light| light.radiance(wi)).sum()
     }
 
+    /// Whether a ray that leaves the scene sees a background.
+    pub fn has_surroundings(&self) -> bool {
+        self.others.iter().any(Light::surrounds)
+    }
+
     /// Density per steradian with which [`Self::sample`] draws `wi` (unit) as a direction to the surroundings, the
     /// choice of the light included.
     pub fn pdf_environment(&self, wi: Vec3) -> f32 {

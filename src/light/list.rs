@@ -84,6 +84,10 @@ macro_rules! lights {
                 match self { $(Light::$Type(light) => light.sample(p, u_cell, u),)* }
             }
 
+            fn surrounds(&self) -> bool {
+                match self { $(Light::$Type(light) => light.surrounds(),)* }
+            }
+
             fn radiance(&self, wi: Vec3) -> Rgb {
                 match self { $(Light::$Type(light) => light.radiance(wi),)* }
             }

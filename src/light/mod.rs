@@ -15,7 +15,9 @@ mod lights;
 mod opacity;
 mod point;
 mod samples;
+mod sky;
 mod source;
+mod sun;
 #[cfg(test)]
 mod tests;
 mod triangle;
@@ -41,6 +43,8 @@ lights! {
     "environment" = Environment(environment::EnvironmentLight) => Box<environment::Environment>;
     "point" = Point(point::PointLight) => point::PointLight;
     "directional" = Directional(directional::DirectionalLight) => directional::DirectionalLight;
+    "sun" = Sun(sun::SunLight) => sun::SunDisc;
+    "sky" = Sky(sky::SkyLight) => sky::Sky;
 }
 
 /// What next-event estimation gets: the contribution of the light is f(wo, wi)·|cosθi|·`radiance`/`pdf` where nothing

@@ -53,6 +53,11 @@ pub(crate) trait LightSource: Sized {
         Rgb::ZERO
     }
 
+    /// Whether rays that leave the scene see the light, as a background.
+    fn surrounds(&self) -> bool {
+        false
+    }
+
     /// Density per steradian with which [`Self::sample`] draws the unit direction `wi`; 0 for delta lights.
     fn pdf(&self, _wi: Vec3) -> f32 {
         0.0

@@ -104,6 +104,7 @@ impl AliasTable {
     }
 
     /// Number of indices.
+    #[cfg(test)]
     #[allow(clippy::len_without_is_empty, reason = "a table is never empty")]
     pub(crate) fn len(&self) -> usize {
         self.bins.len()

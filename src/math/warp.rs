@@ -85,7 +85,7 @@ pub fn square_to_uniform_hemisphere(u: [f32; 2]) -> Vec3 {
 }
 
 /// Density of [`square_to_uniform_hemisphere`]: 1/2π above the horizon, else 0.
-#[inline]
+#[cfg(test)]
 pub(crate) fn square_to_uniform_hemisphere_pdf(w: Vec3) -> f32 {
     if w.z >= 0.0 { 0.5 * FRAC_1_PI } else { 0.0 }
 }

@@ -167,12 +167,14 @@ impl<'a, W: Watch> Driver<'a, W> {
             state.film.join_rest();
         }
         let (wall_seconds, cpu) = (self.limits.elapsed(), self.limits.cpu.elapsed());
-        let (mut estimate, unit) = (state.film.resolve(), self.job.scene.light_unit());
+        let (samples, unit) = (state.samples(), self.job.scene.light_unit());
+        let mut estimate = state.film.finish();
         estimate.mean.par_iter_mut().for_each(|mean| *mean = unit.radiance(*mean));
+        estimate.layers.par_iter_mut().flat_map(|(_, means)| means).for_each(|mean| *mean = unit.radiance(*mean));
         estimate.variance.par_iter_mut().for_each(|variance| *variance = unit.squared_radiance(*variance));
         Rendering {
             estimate,
-            samples: state.samples(),
+            samples,
             wall_seconds,
             cpu,
             film_wall_seconds: clock.elapsed().as_secs_f64() - wall_seconds,

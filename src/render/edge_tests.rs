@@ -102,7 +102,9 @@ fn look(scene: &Scene, settings: &Settings, state: &RenderState, columns: [u32; 
         guide: Some(guide),
         seed: 1,
         features: false,
+        ids: false,
         bounced: false,
+        layers: &[],
     };
     const SAMPLES: u32 = 2048;
     let result = integrator.render(&Task { tile, first_sample: 1 << 20, samples: SAMPLES }, &mut Batch::new());

@@ -1,5 +1,5 @@
 use super::*;
-use crate::film::accumulate::Estimate;
+use crate::film::accumulate::{Estimate, PictureIds};
 use crate::math::{Rgb, luminance, rng::Rng};
 
 /// A picture of random greys with some noise, times `scale`.
@@ -9,7 +9,17 @@ fn picture(scale: f32) -> Estimate {
     let grey = |rng: &mut Rng, scale: f32| Rgb::splat(rng.f32().powi(4)) * scale;
     let mean = (0..width * height).map(|_| grey(&mut rng, scale)).collect();
     let variance = (0..width * height).map(|_| grey(&mut rng, scale * scale)).collect();
-    Estimate { width, height, mean, variance, samples: 16, features: Vec::new(), counts: Vec::new() }
+    Estimate {
+        width,
+        height,
+        mean,
+        variance,
+        samples: 16,
+        layers: Vec::new(),
+        features: Vec::new(),
+        ids: PictureIds::default(),
+        counts: Vec::new(),
+    }
 }
 
 fn counters() -> Counters {

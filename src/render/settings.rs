@@ -1,7 +1,7 @@
 //! How a render is asked for.
 
 use crate::document::{Fault, Reader, key};
-use crate::film::Combine;
+use crate::film::{Combine, ExtraLayer, RadianceLayer};
 
 const ORDERS: &[(&str, Order)] = &[("progressive", Order::Progressive), ("blocks", Order::Blocks)];
 const COMBINES: &[(&str, Combine)] =
@@ -18,6 +18,8 @@ pub struct RenderSettings {
     pub seed: u64,
     pub combine: Combine,
     pub order: Order,
+    /// What the EXR also holds.
+    pub(crate) layers: Vec<ExtraLayer>,
     /// Watertight ray queries: no ray slips between two triangles that share an edge, for about a quarter of the speed.
     pub robust: bool,
 }
@@ -30,12 +32,23 @@ impl Default for RenderSettings {
             seed: 0,
             combine: Combine::InverseVariance,
             order: Order::Progressive,
+            layers: Vec::new(),
             robust: false,
         }
     }
 }
 
 impl RenderSettings {
+    /// Whether objects and materials are counted.
+    pub(crate) fn wants_ids(&self) -> bool {
+        self.layers.contains(&ExtraLayer::Cryptomatte)
+    }
+
+    /// Light that is kept apart.
+    pub(crate) fn radiance_layers(&self) -> Vec<RadianceLayer> {
+        self.layers.iter().filter_map(|layer| layer.light()).collect()
+    }
+
     /// Reads `[render]` over what there is.
     pub(crate) fn read(&mut self, t: &mut Reader) -> Result<(), Fault> {
         let spp = key("spp", "over all iterations").unit("samples per pixel");
@@ -44,6 +57,7 @@ impl RenderSettings {
         t.integer(key("seed", SEED), 0..=u64::MAX, &mut self.seed)?;
         let robust = "no ray slips between two triangles that share an edge, for about a quarter of the speed";
         t.flag(key("robust", robust), &mut self.robust)?;
+        t.choices(key("layers", LAYERS), ExtraLayer::NAMES, &mut self.layers)?;
         t.choice(key("order", ORDER), ORDERS, &mut self.order)?;
         t.choice(key("combine", COMBINE), COMBINES, &mut self.combine)
     }
@@ -54,6 +68,9 @@ const TIME: &str = "after loading; rendering stops at whichever of `spp` and `ti
     pixels have more samples than others (layer `samples.Y`)";
 const SEED: &str = "of all random numbers: the same seed and `spp` give the same picture, bit for bit, with any number of threads, \
     by one build of the program at one instruction set of Embree's (see [processors.md](processors.md#the-same-picture-bit-for-bit))";
+const LAYERS: &str = "what the EXR also holds, each under its name: light apart, which emitters and surroundings send to the camera by \
+    themselves, which one surface has scattered, and which several have (together they are the picture); places and normals of the \
+    triangles that the camera sees. See [pictures.md](pictures.md#layers)";
 const ORDER: &str = "passes over the whole picture in iterations of doubling length, or block after block from the middle outwards, \
     each with all of its samples: one iteration, so a guide needs `updates = \"online\"` and a grid of strata; not together with `time`";
 const COMBINE: &str = "weights of the iterations' pictures: by inverse estimated variance, relative to the picture that the \

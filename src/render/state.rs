@@ -4,9 +4,9 @@ use super::noise::Noise;
 use super::policy::{Budget, GuidePolicy, History, Iteration, Mode, Plan, Policy};
 use super::schedule::LONGEST_ITERATION;
 use super::{GuideIo, IterationReport, Settings, roulette};
-use crate::film::Combine;
 use crate::film::accumulate::Film;
 use crate::film::tile::Tile;
+use crate::film::{Combine, RadianceLayer};
 use crate::guiding::Guide;
 use crate::guiding::settings::Updates;
 use crate::integrator::{Counters, Roulette, RouletteNormalisation};
@@ -29,6 +29,8 @@ pub(super) struct RenderState {
     pub bounced: Vec<[f32; 2]>,
     /// Of all random numbers; with what the guide was given, as nothing drawn from it may know of it.
     pub seed: u64,
+    /// Light that is kept apart.
+    pub layers: Vec<RadianceLayer>,
     /// Columns and pixels of the picture.
     pub width: u32,
     pub pixels: u64,
@@ -76,8 +78,10 @@ impl RenderState {
         // With a guide from before, iterations go on where those ended: after one of its length, the old is half forgotten.
         let first = (learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST_ITERATION as u64) as u32;
         let policy = Policy::asked_for(settings.guiding.method, wanted, first, settings.render.time.is_some(), pixels);
+        let layers = settings.render.radiance_layers();
         RenderState {
-            film: Film::new(width, height, combine(settings, &policy)),
+            film: Film::new(width, height, combine(settings, &policy), &layers),
+            layers,
             guide,
             plan: policy.next_iteration(&History { samples: 0, planned: None }),
             policy,

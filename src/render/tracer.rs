@@ -101,7 +101,9 @@ impl Tracer {
             guide: field.filter(|_| guided).map(|field| GuideUse { field, settings: guiding, learn, efficiency }),
             seed: state.seed,
             features: false,
+            ids: job.settings.render.wants_ids(),
             bounced: state.plan.mode == Mode::Pilot,
+            layers: &state.layers,
         };
         let queue = WorkQueue {
             integrator,

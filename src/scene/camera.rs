@@ -1,43 +1,75 @@
-//! The perspective camera, and the filter through which a pixel sees.
+//! Cameras, and the filter through which a pixel sees.
 
-use crate::film::Filter;
+use crate::film::{FilmSettings, Filter};
 use crate::geometry::Ray;
-use crate::scene::description::{CameraDescription, Unsaid};
+use crate::math::rng::Rng;
+use crate::math::warp::square_to_disk;
+use crate::scene::description::{CameraDescription, Projection};
 use crate::{Error, Result};
 use glam::Vec3;
+use std::f32::consts::{PI, TAU};
 
-/// A pinhole camera with its film size and pixel filter.
+/// A camera with its film.
 #[derive(Clone, Debug)]
 pub struct Camera {
     origin: Vec3,
-    /// Direction to the film's upper left corner, and its edges, at unit distance along the view.
-    corner: Vec3,
-    right: Vec3,
-    down: Vec3,
+    view: View,
+    /// `None`: a pinhole.
+    lens: Option<Lens>,
     filter: Filter,
+    /// Of the part of the film that is rendered.
     pub width: u32,
     pub height: u32,
+    /// Where that part begins, from the upper left of the whole film, and columns of the whole.
+    left: u32,
+    top: u32,
+    columns: u32,
+}
+
+/// Where the pixels of the film look.
+#[derive(Clone, Debug)]
+enum View {
+    /// From one point: direction to the film's upper left corner, and a pixel's edges, at unit distance along the view.
+    Perspective { corner: Vec3, right: Vec3, down: Vec3 },
+    /// Along one direction: from the origin to the film's upper left corner, and a pixel's edges.
+    Orthographic { forward: Vec3, corner: Vec3, right: Vec3, down: Vec3 },
+    /// All around: the unit vectors of the view, and radians of a pixel.
+    Panorama { forward: Vec3, right: Vec3, up: Vec3, pixel: [f32; 2], middle: [f32; 2] },
+}
+
+/// A thin lens: what lies in the plane of focus is sharp.
+#[derive(Clone, Copy, Debug)]
+struct Lens {
+    /// Unit edges of the lens times its radius.
+    right: Vec3,
+    up: Vec3,
+    /// Distance of the plane of focus along the unit vector of the view.
+    focus: f32,
+    forward: Vec3,
 }
 
 impl Camera {
     /// # Errors
     /// Where the view direction or the up vector is degenerate.
-    pub(crate) fn new(c: &CameraDescription, width: u32, height: u32, filter: Filter) -> Result<Camera> {
+    pub(crate) fn new(c: &CameraDescription, film: &FilmSettings) -> Result<Camera> {
         let degenerate = || Error::Scene("the camera's origin, target and up do not span a view".into());
         let forward = (c.target - c.origin).try_normalize().ok_or_else(degenerate)?;
         let right = forward.cross(c.up).try_normalize().ok_or_else(degenerate)?;
         let up = right.cross(forward);
-        let half_height = (0.5 * c.vfov.to_radians()).tan();
-        let half_width = half_height * width as f32 / height as f32;
         let side = if c.mirrored { -right } else { right };
+        let [left, top, width, height] = film.crop.unwrap_or([0, 0, film.width, film.height]);
+        let focus = c.focus_distance.unwrap_or_else(|| (c.target - c.origin).length());
+        let radius = c.aperture_radius;
         Ok(Camera {
             origin: c.origin,
-            corner: forward - side * half_width + up * half_height,
-            right: side * (2.0 * half_width / width as f32),
-            down: up * (-2.0 * half_height / height as f32),
-            filter,
+            view: View::new(c, [forward, side, up], film),
+            lens: (radius > 0.0).then(|| Lens { right: right * radius, up: up * radius, focus, forward }),
+            filter: film.filter,
             width,
             height,
+            left,
+            top,
+            columns: film.width,
         })
     }
 
@@ -51,16 +83,84 @@ impl Camera {
         let vfov = 40.0f32;
         let distance = radius / (0.5 * vfov).to_radians().sin();
         let origin = centre + Vec3::new(0.5, 0.35, 1.0).normalize() * distance;
-        CameraDescription { origin, target: centre, vfov, unsaid: Unsaid::default(), ..Default::default() }
+        CameraDescription { origin, target: centre, vfov, ..CameraDescription::default() }
     }
 
-    /// The ray of pixel `(x, y)`, counted from the upper left, through a point of the filter drawn by `u`. Filters
+    /// Number of pixel `(x, y)` in the whole film, row by row: random numbers are a pixel's own, whatever part is rendered.
+    #[inline]
+    pub(crate) fn pixel(&self, x: u32, y: u32) -> u32 {
+        (self.top + y) * self.columns + self.left + x
+    }
+
+    /// Where the part that is rendered begins in the whole film.
+    pub(crate) fn corner(&self) -> [u32; 2] {
+        [self.left, self.top]
+    }
+
+    /// A ray of pixel `(x, y)`, counted from the upper left, through a random point of the filter and of the lens.
+    #[inline]
+    pub(crate) fn sample_ray(&self, x: u32, y: u32, rng: &mut Rng) -> Ray {
+        let ray = self.ray(x, y, rng.f32x2());
+        match &self.lens {
+            None => ray,
+            Some(lens) => lens.bend(&ray, rng.f32x2()),
+        }
+    }
+
+    /// The ray of pixel `(x, y)` through the middle of the lens and a point of the filter drawn by `u`. Filters
     /// are importance sampled (Ernst et al. 2006), so every sample has weight 1 and stays in its pixel's sum.
     #[inline]
     pub(crate) fn ray(&self, x: u32, y: u32, u: [f32; 2]) -> Ray {
+        let (x, y) = (self.left + x, self.top + y);
         let (fx, fy) = (x as f32 + 0.5 + self.filter.warp(u[0]), y as f32 + 0.5 + self.filter.warp(u[1]));
-        let dir = (self.corner + self.right * fx + self.down * fy).normalize();
-        Ray { org: self.origin, dir, tfar: f32::INFINITY }
+        let (org, dir) = match self.view {
+            View::Perspective { corner, right, down } => (self.origin, (corner + right * fx + down * fy).normalize()),
+            View::Orthographic { forward, corner, right, down } => {
+                (self.origin + (corner + right * fx + down * fy), forward)
+            }
+            View::Panorama { forward, right, up, pixel, middle } => {
+                let (azimuth, elevation) = ((fx - middle[0]) * pixel[0], (middle[1] - fy) * pixel[1]);
+                let level = forward * azimuth.cos() + right * azimuth.sin();
+                (self.origin, (level * elevation.cos() + up * elevation.sin()).normalize())
+            }
+        };
+        Ray { org, dir, tfar: f32::INFINITY }
+    }
+}
+
+impl View {
+    fn new(c: &CameraDescription, [forward, side, up]: [Vec3; 3], film: &FilmSettings) -> View {
+        let (columns, rows) = (film.width as f32, film.height as f32);
+        let aspect = columns / rows;
+        let edges = |half_height: f32| {
+            let half_width = half_height * aspect;
+            let edges = (side * (2.0 * half_width / columns), up * (-2.0 * half_height / rows));
+            (up * half_height - side * half_width, edges)
+        };
+        match c.projection {
+            Projection::Perspective => {
+                let (corner, (right, down)) = edges((0.5 * c.vfov.to_radians()).tan());
+                View::Perspective { corner: forward + corner, right, down }
+            }
+            Projection::Orthographic => {
+                let (corner, (right, down)) = edges(0.5 * c.view_height);
+                View::Orthographic { forward, corner, right, down }
+            }
+            Projection::Panorama => {
+                let (pixel, middle) = ([TAU / columns, PI / rows], [0.5 * columns, 0.5 * rows]);
+                View::Panorama { forward, right: side, up, pixel, middle }
+            }
+        }
+    }
+}
+
+impl Lens {
+    /// The ray from a point of the lens, drawn by `u` evenly over its disk, to where `ray` meets the plane of focus.
+    fn bend(&self, ray: &Ray, u: [f32; 2]) -> Ray {
+        let on_lens = square_to_disk(u);
+        let offset = self.right * on_lens.x + self.up * on_lens.y;
+        let to_focus = ray.dir * (self.focus / ray.dir.dot(self.forward));
+        Ray { org: ray.org + offset, dir: (to_focus - offset).normalize(), tfar: ray.tfar }
     }
 }
 
@@ -99,16 +199,79 @@ fn truncated_gaussian(u: f32) -> f32 {
 mod tests {
     use super::*;
 
+    /// At (0, 0, 5), which looks at the origin with a film of 200 × 100 pixels.
+    fn described(change: impl Fn(&mut CameraDescription)) -> CameraDescription {
+        let mut c = CameraDescription { origin: Vec3::new(0.0, 0.0, 5.0), vfov: 90.0, ..CameraDescription::default() };
+        change(&mut c);
+        c
+    }
+
+    fn film(crop: Option<[u32; 4]>) -> FilmSettings {
+        FilmSettings { width: 200, height: 100, crop, ..FilmSettings::default() }
+    }
+
+    fn on_film(change: impl Fn(&mut CameraDescription)) -> Camera {
+        Camera::new(&described(change), &film(None)).unwrap()
+    }
+
     fn camera(mirrored: bool) -> Camera {
-        let c = CameraDescription {
-            origin: Vec3::new(0.0, 0.0, 5.0),
-            target: Vec3::ZERO,
-            up: Vec3::Y,
-            vfov: 90.0,
-            mirrored,
-            unsaid: Unsaid::default(),
-        };
-        Camera::new(&c, 200, 100, Filter::Box).unwrap()
+        on_film(|c| c.mirrored = mirrored)
+    }
+
+    fn near(a: Vec3, b: Vec3) -> bool {
+        (a - b).length() < 1e-5
+    }
+
+    #[test]
+    fn an_orthographic_camera_looks_one_way_from_a_plane() {
+        let camera = on_film(|c| (c.projection, c.view_height) = (Projection::Orthographic, 3.0));
+        for (x, y, u, org) in [(0, 0, 0.0, [-3.0, 1.5]), (100, 50, 0.0, [0.0, 0.0]), (199, 99, 1.0, [3.0, -1.5])] {
+            let ray = camera.ray(x, y, [u; 2]);
+            assert!(near(ray.org, Vec3::new(org[0], org[1], 5.0)) && near(ray.dir, -Vec3::Z), "{ray:?}");
+        }
+    }
+
+    #[test]
+    fn a_panorama_sees_all_directions_alike() {
+        let camera = on_film(|c| c.projection = Projection::Panorama);
+        for (x, y, dir) in
+            [(100, 50, -Vec3::Z), (150, 50, Vec3::X), (50, 50, -Vec3::X), (0, 50, Vec3::Z), (7, 0, Vec3::Y)]
+        {
+            assert!(near(camera.ray(x, y, [0.0; 2]).dir, dir), "{x}, {y}");
+        }
+        assert!(near(
+            on_film(|c| (c.projection, c.mirrored) = (Projection::Panorama, true)).ray(150, 50, [0.0; 2]).dir,
+            -Vec3::X
+        ));
+    }
+
+    #[test]
+    fn a_lens_is_sharp_in_its_plane_and_a_disk_elsewhere() {
+        let camera = on_film(|c| (c.aperture_radius, c.focus_distance) = (0.5, Some(2.0)));
+        let (mut rng, mut sum, n) = (Rng::new(3), 0.0, 4000);
+        for _ in 0..n {
+            let (mut film, ray) = (rng, camera.sample_ray(20, 30, &mut rng));
+            let sharp = camera.ray(20, 30, film.f32x2());
+            let at = |ray: &Ray, z: f32| ray.org + ray.dir * ((z - ray.org.z) / ray.dir.z);
+            assert!(near(at(&ray, 3.0), at(&sharp, 3.0)), "the plane of focus is 2 before the camera");
+            let off = (ray.org - sharp.org).length();
+            assert!(off <= 0.5 + 1e-6 && ray.org.z == 5.0);
+            sum += f64::from(off * off);
+        }
+        // E r² of an even disk is R²/2 with variance R⁴/12
+        let (mean, error) = (sum / f64::from(n), 0.25 / 12f64.sqrt() / f64::from(n).sqrt());
+        assert!((mean - 0.125).abs() < 5.0 * error, "{mean}");
+        let far = on_film(|c| c.aperture_radius = 0.5);
+        assert!((far.lens.unwrap().focus - 5.0).abs() < 1e-6, "the target is in focus");
+    }
+
+    #[test]
+    fn a_crop_is_a_part_of_the_whole() {
+        let whole = camera(false);
+        let part = Camera::new(&described(|_| ()), &film(Some([30, 40, 20, 10]))).unwrap();
+        assert_eq!((part.width, part.height, part.corner()), (20, 10, [30, 40]));
+        assert_eq!(part.pixel(3, 2), whole.pixel(33, 42));
+        assert_eq!(part.ray(3, 2, [0.3; 2]).dir, whole.ray(33, 42, [0.3; 2]).dir);
     }
 
     #[test]

@@ -29,14 +29,31 @@ pub struct SceneDescription {
     pub(crate) lights: Vec<LightDescription>,
 }
 
-/// A perspective camera.
+/// How a camera sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Projection {
+    Perspective,
+    /// All rays are parallel.
+    Orthographic,
+    /// All directions by longitude and latitude, 360° × 180°, the target in the middle.
+    Panorama,
+}
+
+/// A camera.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CameraDescription {
+    pub(crate) projection: Projection,
     pub(crate) origin: Vec3,
     pub(crate) target: Vec3,
     pub(crate) up: Vec3,
-    /// Vertical field of view in degrees, in (0, 180).
+    /// Vertical field of view in degrees, in (0, 180), of a perspective camera.
     pub(crate) vfov: f32,
+    /// Height of what an orthographic camera sees, in the scene's unit.
+    pub(crate) view_height: f32,
+    /// Radius of the lens of a perspective camera, in the scene's unit; 0 for a pinhole.
+    pub(crate) aperture_radius: f32,
+    /// Along the view; `None`: the target is in focus.
+    pub(crate) focus_distance: Option<f32>,
     /// The picture is flipped left to right (scene formats with a left-handed camera).
     pub(crate) mirrored: bool,
     pub(crate) unsaid: Unsaid,
@@ -59,11 +76,12 @@ pub(crate) struct Unsaid {
     pub(crate) target: bool,
     pub(crate) up: bool,
     pub(crate) vfov: bool,
+    pub(crate) view_height: bool,
 }
 
 impl Unsaid {
     /// Nothing is said.
-    pub(crate) const ALL: Unsaid = Unsaid { origin: true, target: true, up: true, vfov: true };
+    pub(crate) const ALL: Unsaid = Unsaid { origin: true, target: true, up: true, vfov: true, view_height: true };
 
     /// Whether the camera has to be found.
     pub(crate) fn is_open(&self) -> bool {
@@ -71,11 +89,28 @@ impl Unsaid {
     }
 }
 
+impl CameraDescription {
+    /// One of which nothing is said.
+    pub(crate) fn open() -> CameraDescription {
+        CameraDescription { unsaid: Unsaid::ALL, ..CameraDescription::default() }
+    }
+}
+
 impl Default for CameraDescription {
-    /// One of which nothing is said, with +y up.
+    /// What the keys of a camera are where nothing else is said.
     fn default() -> CameraDescription {
-        let (origin, target, up) = (Vec3::ZERO, Vec3::ZERO, Vec3::Y);
-        CameraDescription { origin, target, up, vfov: 45.0, mirrored: false, unsaid: Unsaid::ALL }
+        CameraDescription {
+            projection: Projection::Perspective,
+            origin: Vec3::ZERO,
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            vfov: 45.0,
+            view_height: 1.0,
+            aperture_radius: 0.0,
+            focus_distance: None,
+            mirrored: false,
+            unsaid: Unsaid::default(),
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 //! A mesh is hashed as its file has it, with its transform beside it, so that no rounding of points has a part in the
 //! hash. (A rotation by an angle is what the machine's sine makes of it.)
 
-use super::description::{CameraDescription, MaterialDescription, SceneDescription};
+use super::description::{CameraDescription, MaterialDescription, Projection, SceneDescription, Unsaid};
 use crate::Result;
 use crate::fields::Fields;
 use crate::film::{FilmSettings, Filter};
@@ -17,7 +17,7 @@ mod fields;
 
 use bytemuck::NoUninit;
 use fields::CanonicalFields;
-use glam::Affine3A;
+use glam::{Affine3A, Vec3};
 use std::path::Path;
 
 /// Begins all that is hashed. Its version changes with what is hashed and how.
@@ -104,20 +104,18 @@ fn number<'a>(names: &mut Vec<&'a str>, name: &'a str) -> u64 {
 /// Over all that decides what the picture shows: the hash of the content, camera and film. Settings that only decide how
 /// fast the picture is found are left out.
 pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, content: u64) -> u64 {
-    let FilmSettings { width, height, filter, exposure: _, tone: _ } = film;
+    let FilmSettings { width, height, filter, crop, exposure: _, tone: _ } = film;
     let mut canon = Canon::new(VIEW);
     canon.u64(content);
     let whole = camera.filter(|camera| !camera.unsaid.is_open());
     canon.flag(whole.is_some());
-    if let Some(CameraDescription { origin, target, up, vfov, mirrored, unsaid: _ }) = whole {
-        [origin, target, up].into_iter().for_each(|v| canon.vector(*v));
-        canon.floats([*vfov]);
-        canon.flag(*mirrored);
-    } else if let Some(camera) = camera {
-        said_of(&mut canon, camera);
+    match whole {
+        Some(camera) => add_camera(camera, &mut canon),
+        None => camera.iter().for_each(|camera| add_open_camera(camera, &mut canon)),
     }
     canon.u32(*width);
     canon.u32(*height);
+    crop.iter().flatten().for_each(|side| canon.u32(*side));
     canon.u32(match filter {
         Filter::Box => 0,
         Filter::Tent => 1,
@@ -126,16 +124,41 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
     canon.finish()
 }
 
-/// Of a camera that has to be found.
-fn said_of(canon: &mut Canon, camera: &CameraDescription) {
-    let CameraDescription { origin, target, up, vfov, mirrored, unsaid } = camera;
-    for (unsaid, value) in [(unsaid.origin, origin), (unsaid.target, target), (unsaid.up, up)] {
-        canon.flag(!unsaid);
-        (!unsaid).then(|| canon.vector(*value));
-    }
-    canon.flag(!unsaid.vfov);
-    (!unsaid.vfov).then(|| canon.floats([*vfov]));
+/// Pinholes add what they always did, so that their scenes keep their hashes.
+fn add_camera(camera: &CameraDescription, canon: &mut Canon) {
+    let CameraDescription { projection, origin, target, up, vfov, view_height, .. } = camera;
+    let CameraDescription { aperture_radius, focus_distance, mirrored, .. } = camera;
+    [origin, target, up].into_iter().for_each(|v| canon.vector(*v));
+    canon.floats([*vfov]);
     canon.flag(*mirrored);
+    match projection {
+        Projection::Perspective => {}
+        Projection::Orthographic => {
+            canon.u32(1);
+            canon.floats([*view_height]);
+        }
+        Projection::Panorama => canon.u32(2),
+    }
+    if *aperture_radius > 0.0 {
+        canon.u32(3);
+        canon.floats([*aperture_radius, focus_distance.unwrap_or(0.0)]);
+    }
+}
+
+/// One that has to be found.
+fn add_open_camera(camera: &CameraDescription, canon: &mut Canon) {
+    let Unsaid { origin, target, up, vfov, view_height } = camera.unsaid;
+    let kept = |unsaid: bool, value: Vec3| if unsaid { Vec3::ZERO } else { value };
+    [origin, target, up, vfov, view_height].into_iter().for_each(|unsaid| canon.flag(!unsaid));
+    let said = CameraDescription {
+        origin: kept(origin, camera.origin),
+        target: kept(target, camera.target),
+        up: kept(up, camera.up),
+        vfov: if vfov { 0.0 } else { camera.vfov },
+        view_height: if view_height { 0.0 } else { camera.view_height },
+        ..camera.clone()
+    };
+    add_camera(&said, canon);
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::description::{MaterialDescription, SceneDescription};
 use super::emitters::{Lighting, Surfaces, lights, sky};
 use super::hash;
 use super::material::Material;
-use super::{Camera, Scene, view};
+use super::{Camera, Scene, SceneNames, view};
 use crate::bsdf::CoatTables;
 use crate::embree::Device;
 use crate::film::FilmSettings;
@@ -65,7 +65,9 @@ impl Scene {
     ) -> Result<(Scene, Vec<String>)> {
         check_memory(&description.film)?;
         watch(LoadStage::Models);
-        let LoadedAssets { meshes, hashes, materials, described, mut warnings, .. } = LoadedAssets::of(description)?;
+        let gathered = LoadedAssets::of(description)?;
+        let names = SceneNames::of(description, &gathered);
+        let LoadedAssets { meshes, hashes, materials, described, mut warnings, .. } = gathered;
         if meshes.iter().all(|mesh| mesh.triangles.is_empty()) {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
@@ -97,7 +99,7 @@ impl Scene {
         check_memory(film)?;
         let camera = Camera::in_place(description.camera.as_ref(), bounds);
         let mut scene = Scene {
-            camera: Camera::new(&camera, film.width, film.height, film.filter)?,
+            camera: Camera::new(&camera, film)?,
             found_camera: None,
             geometry,
             hash: hash::view(description.camera.as_ref(), film, content_hash),
@@ -109,6 +111,7 @@ impl Scene {
             textures,
             lights,
             light_unit: unit,
+            names,
             bounds,
             build_seconds,
         };
@@ -125,9 +128,9 @@ impl Scene {
     fn look(&mut self, description: &SceneDescription) -> Result<()> {
         let camera = view::said(description);
         let film = &description.film;
-        self.found_camera = camera.unsaid.is_open().then(|| view::find(self, &camera));
+        self.found_camera = camera.unsaid.is_open().then(|| view::find(self, &camera, film));
         let camera = self.found_camera.as_ref().map_or(&camera, |found| &found.camera);
-        self.camera = Camera::new(camera, film.width, film.height, film.filter)?;
+        self.camera = Camera::new(camera, film)?;
         Ok(())
     }
 
@@ -156,7 +159,8 @@ fn in_unit(materials: &[Material], unit: LightUnit) -> Arc<Vec<Material>> {
 
 /// That there is memory for the picture, before it is asked for.
 fn check_memory(film: &FilmSettings) -> Result<()> {
-    let (width, height) = (film.width, film.height);
+    film.check_crop().map_err(|error| Error::Scene(format!("film.crop: {error}")))?;
+    let [width, height] = film.rendered();
     memory::check(u64::from(width) * u64::from(height) * BYTES_PER_PIXEL)
         .map_err(|shortage| Error::Scene(format!("film.width × film.height: {width} × {height} pixels {shortage}")))
 }

@@ -11,6 +11,7 @@ mod inventory;
 mod load;
 pub(crate) mod material;
 pub(crate) mod model;
+mod names;
 pub mod obj;
 mod view;
 
@@ -29,6 +30,7 @@ use crate::texture::Texture;
 use glam::Vec3;
 use instances::{Instances, NO_INSTANCE};
 use material::Material;
+pub(crate) use names::SceneNames;
 use std::sync::Arc;
 pub(crate) use view::{FoundCamera, why_dark};
 
@@ -47,6 +49,7 @@ pub struct Scene {
     lights: Lights,
     /// What all emission here is a multiple of.
     light_unit: LightUnit,
+    names: SceneNames,
     bounds: (Vec3, Vec3),
     hash: u64,
     content_hash: u64,
@@ -78,6 +81,15 @@ impl Scene {
     /// The same on an instance.
     pub(crate) fn meet_instance(&self, k: usize, hit: Hit, surfaces: &mut Surfaces) {
         self.instances.meet(k, hit, surfaces);
+    }
+
+    /// Number of the object that a hit is on, among [`SceneNames::objects`].
+    pub(crate) fn object(&self, hit: &Hit) -> u32 {
+        if hit.instance == NO_INSTANCE { hit.geometry } else { self.meshes.len() as u32 + hit.instance }
+    }
+
+    pub(crate) fn names(&self) -> &SceneNames {
+        &self.names
     }
 
     #[inline]

@@ -70,6 +70,14 @@ impl MeshSource {
         }
     }
 
+    /// What the model is called: its file, without folder and extension.
+    pub(super) fn name(&self) -> String {
+        match self {
+            MeshSource::File(path) => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            MeshSource::Memory(_) => "mesh".to_string(),
+        }
+    }
+
     /// That the model cannot be used.
     pub(super) fn error(&self, message: impl Into<String>) -> Error {
         match self {

@@ -141,7 +141,7 @@ impl Iterator for Each {
 /// One vector for each, by component.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(crate) struct Vec3Lanes {
+pub struct Vec3Lanes {
     x: Lanes,
     y: Lanes,
     z: Lanes,

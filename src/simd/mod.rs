@@ -12,5 +12,6 @@ mod instructions;
 mod lanes;
 mod packing;
 
-pub(crate) use lanes::{LANES, Lanes, Mask, Vec3Lanes, each, mask, normalize_or, pick, truncate};
+pub use lanes::Vec3Lanes;
+pub(crate) use lanes::{LANES, Lanes, Mask, each, mask, normalize_or, pick, truncate};
 pub(crate) use packing::Packing;

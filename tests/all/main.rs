@@ -16,6 +16,7 @@ mod layers;
 mod masked;
 mod paper;
 mod persistence;
+mod radiance_layers;
 mod references;
 mod report;
 mod roulette;

@@ -236,6 +236,8 @@ impl PaperRun<'_> {
             view: ViewTransform::of(film.exposure, film.tone, &beauty(&rendering.estimate)),
             exposure_auto: film.exposure == Exposure::Auto,
             subject: subject(scene, description),
+            whole: [film.width, film.height],
+            extra_layers: Vec::new(),
             guide_layers: None,
             denoised: None,
         }

@@ -1,7 +1,7 @@
 //! `[camera]`, and what every section has in common.
 
-use crate::document::{Bounds, COORDINATE, Fault, Node, Reader, key};
-use crate::scene::description::{CameraDescription, Unsaid};
+use crate::document::{Bounds, COORDINATE, Fault, Key, NOT_NEGATIVE, Node, POSITIVE, Reader, key};
+use crate::scene::description::{CameraDescription, Projection, Unsaid};
 
 /// Degrees of a field of view.
 pub(in crate::format) const VFOV: Bounds = Bounds::new(|x| x > 0.0 && x < 180.0, "greater than 0 and less than 180");
@@ -11,23 +11,55 @@ const TARGET: &str =
 const UP: &str =
     "what is up in the picture; not zero, and not along the view; without it +y, or what an OBJ file says of itself";
 const FIELD: &str = "field of view from the lower to the upper edge; where the camera is found, that of a usual lens";
+const HEIGHT: &str =
+    "from the lower to the upper edge of the picture; where the camera is found, so much that the model fills it";
 
 /// Reads over the camera there is. What nobody says is found when the scene is loaded.
 pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescription>) -> Result<(), Fault> {
-    let mut c = camera.clone().unwrap_or_default();
+    let mut c = camera.clone().unwrap_or_else(CameraDescription::open);
     t.vector(key("origin", ORIGIN).unit("length").optional(), COORDINATE, &mut c.origin)?;
     t.vector(key("target", TARGET).unit("length").optional(), COORDINATE, &mut c.target)?;
     t.vector(key("up", UP).optional(), COORDINATE, &mut c.up)?;
-    t.number(key("vfov", FIELD).unit("degrees"), VFOV, &mut c.vfov)?;
+    projection(t, &mut c)?;
     t.flag(key("mirrored", "flips the picture left to right"), &mut c.mirrored)?;
-    let Unsaid { origin, target, up, vfov } = &mut c.unsaid;
-    for (key, unsaid) in [("origin", origin), ("target", target), ("up", up), ("vfov", vfov)] {
+    let Unsaid { origin, target, up, vfov, view_height } = &mut c.unsaid;
+    let keys = [("origin", origin), ("target", target), ("up", up), ("vfov", vfov), ("view_height", view_height)];
+    for (key, unsaid) in keys {
         *unsaid &= !t.has(key);
     }
-    // Its default is for a camera that has a place.
-    c.unsaid.vfov &= c.unsaid.is_open();
+    // Their defaults are for a camera that has a place.
+    let open = c.unsaid.is_open();
+    (c.unsaid.vfov, c.unsaid.view_height) = (c.unsaid.vfov && open, c.unsaid.view_height && open);
     check_camera(t, &c)?;
     *camera = Some(c);
+    Ok(())
+}
+
+const PROJECTIONS: &[(&str, Projection)] = &[
+    ("perspective", Projection::Perspective),
+    ("orthographic", Projection::Orthographic),
+    ("panorama", Projection::Panorama),
+];
+
+/// How the camera sees.
+fn projection(t: &mut Reader, c: &mut CameraDescription) -> Result<(), Fault> {
+    let projection = "a panorama has all directions by longitude and latitude, the target in the middle, and should be twice as wide \
+        as high";
+    t.choice(key("projection", projection), PROJECTIONS, &mut c.projection)?;
+    let perspective = |k: Key| k.only(c.projection == Projection::Perspective, "`projection = \"perspective\"`");
+    let orthographic = |k: Key| k.only(c.projection == Projection::Orthographic, "`projection = \"orthographic\"`");
+    let vfov = key("vfov", FIELD).unit("degrees");
+    t.number(perspective(vfov), VFOV, &mut c.vfov)?;
+    let height = key("view_height", HEIGHT).unit("length");
+    t.number(orthographic(height), POSITIVE, &mut c.view_height)?;
+    let aperture =
+        key("aperture_radius", "of the lens; what is not in focus is blurred. 0 is a pinhole").unit("length");
+    t.number(perspective(aperture), NOT_NEGATIVE, &mut c.aperture_radius)?;
+    let focus = "of the plane that is sharp, along the view; without it the target is in focus";
+    let focus = perspective(key("focus_distance", focus).unit("length").optional());
+    let mut distance = c.focus_distance.unwrap_or(1.0);
+    t.number(focus, POSITIVE, &mut distance)?;
+    c.focus_distance = if t.has("focus_distance") { Some(distance) } else { c.focus_distance };
     Ok(())
 }
 

@@ -48,7 +48,7 @@ fn unknown_keys_and_values_are_refused_with_a_suggestion() {
         ),
         (
             "# é\n[film]\n\"é\" = 0 ",
-            "3:1: unknown key `é` in [film]: known are `width`, `height`, `filter`, `exposure` and `tone`",
+            "3:1: unknown key `é` in [film]: known are `width`, `height`, `filter`, `crop`, `exposure` and `tone`",
         ),
     ];
     assert_faults(&cases);

@@ -28,10 +28,15 @@ const MINIMAL: &[(&str, &str)] = &[
     ("environment", "[[light]]\ntype = 'environment'\npath = 'a.exr'\n"),
     ("point", "[[light]]\ntype = 'point'\nposition = [0, 1, 0]\nintensity = 1\n"),
     ("directional", "[[light]]\ntype = 'directional'\ndirection = [0, 1, 0]\nirradiance = 1\n"),
+    ("sun", "[[light]]\ntype = 'sun'\ndirection = [0, -1, 0]\nirradiance = 1\n"),
+    ("sky", "[[light]]\ntype = 'sky'\nsun_direction = [0, 1, 0]\n"),
     ("[integrator]", "[integrator]\n"),
     ("[guiding]", "[guiding]\n"),
     ("[render]", "[render]\n"),
 ];
+
+/// The same of `[camera]`.
+const WITH_OF_CAMERA: &[(&[&str], &str)] = &[(&["view_height"], "projection = 'orthographic'\n")];
 
 /// What keys of `[guiding]` are refused without.
 const WITH: &[(&[&str], &str)] = &[
@@ -137,7 +142,8 @@ fn defaults_are_the_page_s() {
             if default == "required" || default == "none" {
                 continue;
             }
-            let with = WITH.iter().find(|(keys, _)| *heading == "[guiding]" && keys.contains(&key.as_str()));
+            let known = if *heading == "[guiding]" { WITH } else { WITH_OF_CAMERA };
+            let with = known.iter().find(|(keys, _)| keys.contains(&key.as_str()));
             let minimal = format!("{minimal}{}", with.map_or("", |(_, text)| text));
             let said = format!("{minimal}{key} = {}\n", default.trim_matches('`'));
             assert_eq!(read(&said), read(&minimal), "{heading} {key}");

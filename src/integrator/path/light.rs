@@ -3,6 +3,7 @@
 
 use super::packet::Packet;
 use super::{Probe, Stage, Wave, Wavefront};
+use crate::film::LightPath;
 use crate::geometry::{RayRows, SurfaceInteraction};
 use crate::integrator::batch::NextEventLanes;
 use crate::math::Rgb;
@@ -60,7 +61,8 @@ impl<P: Probe> Wavefront<'_, '_, P> {
         for first in (0..b.shadow_rays.len()).step_by(LANES) {
             let events = &b.next_events.packets[first / LANES];
             for k in each(b.shadow_rays.open(first)) {
-                b.radiance[events.slot[k] as usize] += events.contribution.get(k);
+                let path = LightPath { segments: depth as u32 + 1 };
+                b.radiance.add(events.slot[k] as usize, path, events.contribution.get(k));
                 if self.learn {
                     b.vertices[depth - 1].local[events.vertex[k] as usize] += events.local.get(k);
                 }

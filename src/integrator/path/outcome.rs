@@ -4,7 +4,7 @@ use super::{Probe, Stage, Wavefront};
 use crate::film::tile::{Aovs, TileSamples};
 use crate::guiding::Recorder;
 use crate::integrator::backward_pass::{self, WaveRecord};
-use crate::integrator::batch::{Batch, BatchResult};
+use crate::integrator::batch::BatchResult;
 use crate::io::clock::CpuClock;
 use crate::math::{Rgb, luminance};
 
@@ -37,11 +37,13 @@ impl<P: Probe> Wavefront<'_, '_, P> {
         self.probe.stage(Stage::Film);
         let (tile, pixels) = (self.task.tile, self.task.tile.pixels());
         let mut samples = TileSamples {
+            ids: std::mem::take(&mut self.batch.ids),
             sum: vec![Rgb::ZERO; pixels],
             sum_squares: vec![Rgb::ZERO; pixels],
+            layers: Vec::new(),
             features: vec![Aovs::default(); if self.integrator.features { pixels } else { 0 }],
         };
-        for (slot, &radiance) in self.batch.radiance.iter().enumerate() {
+        for (slot, &radiance) in self.batch.radiance.all.iter().enumerate() {
             let pixel = slot % pixels;
             if !radiance.is_finite() {
                 self.counters.non_finite += 1;
@@ -57,16 +59,21 @@ impl<P: Probe> Wavefront<'_, '_, P> {
         for (slot, &features) in self.batch.features.iter().enumerate() {
             samples.features[slot % pixels] += features;
         }
+        self.batch.radiance.gather_layers(self.integrator.layers.len(), &mut samples);
         let bounced = self.gather_bounced(pixels);
         BatchResult { samples, bounced, recorder: None, counters: self.counters }
     }
 
     /// Sums of the light that bounced, and of its squares, pixel by pixel. What is not finite is black here too.
     fn gather_bounced(&self, pixels: usize) -> Vec<[f32; 2]> {
-        let Batch { radiance, direct, .. } = &*self.batch;
-        let mut sums = vec![[0.0; 2]; if direct.is_empty() { 0 } else { pixels }];
-        for (slot, (&all, &direct)) in radiance.iter().zip(direct).enumerate().filter(|(_, (all, _))| all.is_finite()) {
-            let bounced = luminance(all - direct);
+        let radiance = &self.batch.radiance;
+        let Some(direct) = self.integrator.unbounced().and_then(|layer| radiance.layer(layer)) else {
+            return Vec::new();
+        };
+        let mut sums = vec![[0.0; 2]; pixels];
+        for (slot, (all, direct)) in radiance.all.iter().zip(direct).enumerate().filter(|(_, (all, _))| all.is_finite())
+        {
+            let bounced = luminance(*all - *direct);
             sums[slot % pixels][0] += bounced;
             sums[slot % pixels][1] += bounced * bounced;
         }

@@ -3,6 +3,7 @@
 use super::guided::{edge, edges};
 use super::packet::Packet;
 use super::{PathIntegrator, Probe, Stage, Wavefront};
+use crate::film::LightPath;
 use crate::film::tile::Aovs;
 use crate::geometry::{NOTHING, Ray, RayRows, SurfaceInteraction};
 use crate::integrator::batch::{PathPacket, PathState};
@@ -86,7 +87,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let mut le = Rgb::ZERO;
         if rays.hit(i).is_none() {
             le = self.weigh_environment(rays.ray(i).dir, paths.pdf(i));
-            self.batch.radiance[paths.slot(i) as usize] += paths.throughput(i) * le;
+            let path = LightPath { segments: depth };
+            self.batch.radiance.add(paths.slot(i) as usize, path, paths.throughput(i) * le);
         }
         self.keep_local(i, depth, le);
     }
@@ -116,7 +118,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     fn take_emission(&mut self, i: usize, depth: u32, si: &SurfaceInteraction) {
         let (le, paths) = (self.weigh_emission(i, si), &self.batch.wave.paths);
         if le != Rgb::ZERO {
-            self.batch.radiance[paths.slot(i) as usize] += paths.throughput(i) * le;
+            let path = LightPath { segments: depth };
+            self.batch.radiance.add(paths.slot(i) as usize, path, paths.throughput(i) * le);
             self.keep_local(i, depth, le);
         }
     }
@@ -125,9 +128,19 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     fn keep_features(&mut self, packet: &Packet, k: usize) {
         let (scene, i, surfaces) = (self.integrator.scene, packet.ray(k), &packet.surfaces);
         let bsdf = scene.bsdf(scene.material(surfaces.material(k)), surfaces.uv(k));
-        let (albedo, normal) = (bsdf.albedo(surfaces.wo_local(k)), surfaces.facing_normal(k));
-        let depth = self.batch.wave.rays.ray(i).tfar;
-        self.batch.features[self.batch.wave.paths.slot(i) as usize] = Aovs { albedo, normal, depth };
+        let (ray, si) = (self.batch.wave.rays.ray(i), surfaces.get(k));
+        self.batch.features[self.batch.wave.paths.slot(i) as usize] = Aovs {
+            albedo: bsdf.albedo(surfaces.wo_local(k)),
+            normal: surfaces.facing_normal(k),
+            geometric_normal: si.ng * -si.ng.dot(ray.dir).signum(),
+            position: si.p,
+            depth: ray.tfar,
+            met: 1.0,
+        };
+        let slot = self.batch.wave.paths.slot(i) as usize;
+        if let Some((ids, hit)) = self.batch.ids.get_mut(slot).zip(self.batch.wave.rays.hit(i)) {
+            *ids = [scene.object(&hit), surfaces.material(k)];
+        }
     }
 
     /// Draws where paths go on, once or more often, and lays their next rays.

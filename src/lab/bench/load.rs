@@ -109,7 +109,9 @@ fn first_pixel(description: &SceneFile, threads: usize) -> Result<(f64, Scene)> 
         guide: None,
         seed: 0,
         features: false,
+        ids: false,
         bounced: false,
+        layers: &[],
     };
     let tile = Tile { x: scene.camera.width / 2, y: scene.camera.height / 2, width: 1, height: 1 };
     let result = integrator.render(&Task { tile, first_sample: 0, samples: 1 }, &mut Batch::new());

@@ -4,6 +4,7 @@ mod environment;
 mod lights;
 mod samples;
 mod shadows;
+mod sky;
 
 use crate::math::rng::Rng;
 use crate::math::warp::square_to_uniform_sphere;

@@ -3,7 +3,9 @@
 
 mod auto;
 
-pub(crate) use auto::{Reason, Trial, Verdict};
+#[cfg(test)]
+pub(crate) use auto::Reason;
+pub(crate) use auto::{Trial, Verdict};
 
 use super::noise::Noise;
 use super::schedule::doubled;

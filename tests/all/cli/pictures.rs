@@ -126,12 +126,12 @@ fn image_crops_scales_and_takes_layers() {
     assert_eq!((albedo.channels.len(), &albedo.attributes["layer"]), (3, &Attribute::Text("albedo".into())));
     let stored = |x: f32| (phototaxis::image::srgb::encode(x) * 255.0).round() as u8;
     assert_eq!(pixels(here.path(), "albedo.png").get_pixel(5, 5).0[1], stored(albedo.channels["G"][5 * 16 + 5]));
-    for layer in ["beauty", "N", "Z", "samples", "variance", "albedo.G"] {
+    for layer in ["beauty", "Ns", "A", "Z", "samples", "variance", "albedo.G"] {
         run(here.path(), 0, &["image", "a.exr", "-o", "layer.png", "--layer", layer]);
     }
-    run(here.path(), 0, &["image", "a.exr", "-o", "normals.png", "--layer", "N"]);
+    run(here.path(), 0, &["image", "a.exr", "-o", "normals.png", "--layer", "Ns"]);
     let byte = |x: f32| ((x * 0.5 + 0.5) * 255.0).round() as u8;
-    let wanted = ["N.X", "N.Y", "N.Z"].map(|name| byte(whole.channels[name][70]));
+    let wanted = ["Ns.X", "Ns.Y", "Ns.Z"].map(|name| byte(whole.channels[name][70]));
     assert_eq!(pixels(here.path(), "normals.png").get_pixel(70 % 16, 70 / 16).0, wanted);
 }
 
@@ -156,7 +156,7 @@ fn image_refuses_what_would_harm_or_do_nothing() {
         (&["-o", "a.exr"], "--force"),
         (&["-o", "link.exr"], "--force"),
         (&["-o", "b.exr", "--exposure", "1"], "stays linear"),
-        (&["-o", "b.png", "--layer", "N", "--tone", "agx"], "no light"),
+        (&["-o", "b.png", "--layer", "Ns", "--tone", "agx"], "no light"),
         (&["-o", "b.png", "--layer", "nope"], "`albedo`"),
         (&["-o", "b.png", "--crop", "10,0,7,1"], "16 × 12"),
         (&["-o", "b.png", "--scale", "200%"], "smaller"),

@@ -1,7 +1,7 @@
 //! `phototaxis render`, when all goes well.
 
 use super::{TINY, folder, names, phototaxis, scene, stderr, stdout};
-use phototaxis::image::exr::{ExrFile, read_layers};
+use phototaxis::image::exr::{Attribute, ExrFile, read_layers};
 use serde_json::Value;
 use std::path::Path;
 
@@ -32,10 +32,11 @@ fn the_exr_has_all_layers_with_plausible_values() {
         all(name, |x| x.is_finite() && x >= 0.0);
     }
     ["albedo.R", "albedo.G", "albedo.B"].into_iter().for_each(|name| all(name, |x| (0.0..=1.0).contains(&x)));
-    ["N.X", "N.Y", "N.Z"].into_iter().for_each(|name| all(name, |x| x.abs() <= 1.0001));
-    all("Z", |z| (0.0..2.0).contains(&z));
+    ["Ns.X", "Ns.Y", "Ns.Z"].into_iter().for_each(|name| all(name, |x| x.abs() <= 1.0001));
+    all("Z", |z| (0.0..2.0).contains(&z) || z >= 1e9);
+    all("A", |a| (0.0..=1.0).contains(&a));
     all("samples.Y", |n| n.fract() == 0.0 && (1.0..=8.0).contains(&n));
-    assert_eq!(picture.channels.len(), 14);
+    assert_eq!(picture.channels.len(), 15);
     for name in ["generatedBy", "sceneHash", "samplesPerPixel", "renderTimeSeconds", "seed", "scene"] {
         assert!(picture.attributes.contains_key(name), "{name} is missing in {:?}", picture.attributes);
     }
@@ -47,13 +48,114 @@ fn the_layers_show_a_red_wall_on_the_left_and_a_green_one_on_the_right() {
     render(here.path(), "cornell.toml", &["--spp", "8", "-o", "a.exr"]);
     let picture = read_layers(&here.path().join("a.exr")).unwrap();
     let redness = |facing: fn(f32) -> bool| {
-        let [x, r, g] = ["N.X", "albedo.R", "albedo.G"].map(|name| channel(&picture, name));
+        let [x, r, g] = ["Ns.X", "albedo.R", "albedo.G"].map(|name| channel(&picture, name));
         let wall: Vec<f32> = (0..x.len()).filter(|&i| facing(x[i])).map(|i| r[i] - g[i]).collect();
         assert!(wall.len() > 5, "only {} pixels of a side wall", wall.len());
         wall.iter().sum::<f32>() / wall.len() as f32
     };
     let (left, right) = (redness(|x| x > 0.9), redness(|x| x < -0.9));
     assert!(left > 0.1 && right < -0.1, "left wall {left}, right wall {right}");
+}
+
+/// A white square of side 1 at the origin, seen from 3 m above it; `light` lights it.
+fn square(here: &Path, light: &str) -> ExrFile {
+    let obj = "v -.5 -.5 0\nv .5 -.5 0\nv .5 .5 0\nv -.5 .5 0\nvn .6 0 .8\nf 1//1 2//1 3//1 4//1\n";
+    std::fs::write(here.join("square.obj"), obj).unwrap();
+    let toml = format!(
+        "[camera]\norigin = [0, 0, 3]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nvfov = 40\n[[mesh]]\npath = 'square.obj'\n{light}"
+    );
+    std::fs::write(here.join("square.toml"), toml).unwrap();
+    let asked = ["square.toml", "--size", "32x32", "--spp", "4", "-o", "a.exr", "--layers", "P,N,direct"];
+    phototaxis(here).arg("render").args(asked).assert().code(0);
+    read_layers(&here.join("a.exr")).unwrap()
+}
+
+#[test]
+fn layers_say_where_surfaces_are_and_where_there_is_nothing() {
+    let here = folder();
+    let picture = square(here.path(), "[[light]]\ntype = 'point'\nposition = [0, 0, 3]\nintensity = 9");
+    let at = |name: &str, pixel: usize| channel(&picture, name)[pixel];
+    let (middle, corner) = (16 * 32 + 16, 0);
+    for (name, inside, outside) in [("A", 1.0, 0.0), ("N.Z", 1.0, 0.0), ("Ns.X", 0.6, 0.0), ("Ns.Z", 0.8, 0.0)] {
+        assert!((at(name, middle) - inside).abs() < 1e-5 && at(name, corner) == outside, "{name}");
+    }
+    assert_eq!((at("Z", corner), at("P.X", corner)), (1e10, 0.0), "nothing is far away");
+    let (x, y, z) = (at("P.X", middle), at("P.Y", middle), at("P.Z", middle));
+    assert!(z.abs() < 1e-6 && (0.0..0.07).contains(&x) && (-0.07..0.0).contains(&y), "{x} {y} {z}");
+    assert!((at("Z", middle) - (9.0 + x * x + y * y).sqrt()).abs() < 1e-3);
+    assert!((at("direct.R", middle) - at("R", middle)).abs() < 1e-6 && at("R", middle) > 0.1);
+    let edge = (0..32 * 32).map(|i| at("A", i)).find(|a| *a > 0.0 && *a < 1.0);
+    assert!(edge.is_some(), "a pixel that the square covers in part");
+}
+
+#[test]
+fn a_part_has_the_pixels_of_the_whole_and_says_where_it_is() {
+    let here = folder();
+    render(here.path(), "cornell.toml", &["--spp", "4", "--guide", "none", "-o", "whole.exr"]);
+    render(here.path(), "cornell.toml", &["--spp", "4", "--guide", "none", "-o", "part.exr", "--crop", "5,4,6,3"]);
+    let [whole, part] = ["whole.exr", "part.exr"].map(|name| read_layers(&here.path().join(name)).unwrap());
+    assert_eq!((part.width, part.height), (16, 12), "readers give the whole, black about the part");
+    for i in 0..16 * 12 {
+        let inside = (5..11).contains(&(i % 16)) && (4..7).contains(&(i / 16));
+        assert_eq!(channel(&part, "G")[i], if inside { channel(&whole, "G")[i] } else { 0.0 }, "{i}");
+    }
+    let bytes = std::fs::read(here.path().join("part.exr")).unwrap();
+    let window = |name: &[u8]| {
+        let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len();
+        let number = |k: usize| i32::from_le_bytes(bytes[at + 4 + 4 * k..at + 8 + 4 * k].try_into().unwrap());
+        [number(0), number(1), number(2), number(3)]
+    };
+    assert_eq!(window(b"dataWindow\0box2i\0"), [5, 4, 10, 6]);
+    assert_eq!(window(b"displayWindow\0box2i\0"), [0, 0, 15, 11]);
+    let outside = phototaxis(here.path())
+        .arg("render")
+        .arg(scene("cornell.toml"))
+        .args(TINY)
+        .args(["--crop", "12,0,5,5"])
+        .assert();
+    assert!(
+        stderr(outside.code(1).get_output()).contains("5 × 5 pixels at (12, 0) are no part of a picture of 16 × 12")
+    );
+}
+
+#[test]
+fn cryptomatte_names_what_a_pixel_shows() {
+    let here = folder();
+    render(here.path(), "cornell.toml", &["--spp", "8", "-o", "a.exr", "--layers", "cryptomatte"]);
+    let picture = read_layers(&here.path().join("a.exr")).unwrap();
+    let manifest = |kind: &str| {
+        let text = |name: &str, field: &str| match picture.attributes.get(&format!("{name}/{field}")) {
+            Some(Attribute::Text(text)) => text.clone(),
+            other => panic!("{name}/{field}: {other:?}"),
+        };
+        let prefix = picture.attributes.keys().filter_map(|key| key.strip_suffix("/manifest"));
+        let prefix = prefix.filter(|prefix| text(prefix, "name") == kind).map(String::from).next().unwrap();
+        assert_eq!(text(&prefix, "hash"), "MurmurHash3_32");
+        serde_json::from_str::<std::collections::BTreeMap<String, String>>(&text(&prefix, "manifest")).unwrap()
+    };
+    let materials = manifest("CryptoMaterial");
+    let id = |name: &str| f32::from_bits(u32::from_str_radix(&materials[name], 16).unwrap());
+    let (first, share) = (channel(&picture, "CryptoMaterial00.R"), channel(&picture, "CryptoMaterial00.G"));
+    let (r, g) = (channel(&picture, "albedo.R"), channel(&picture, "albedo.G"));
+    let reds = (0..first.len()).filter(|&i| first[i] == id("red") && share[i] == 1.0);
+    assert!(reds.clone().count() > 5 && reds.clone().all(|i| r[i] > 2.0 * g[i]), "{materials:?}");
+    let sum = |i: usize| {
+        ["00.G", "00.A", "01.G", "01.A", "02.G", "02.A"]
+            .iter()
+            .map(|c| channel(&picture, &format!("CryptoObject{c}"))[i])
+            .sum::<f32>()
+    };
+    let alpha = channel(&picture, "A");
+    assert!((0..alpha.len()).all(|i| (sum(i) - alpha[i]).abs() < 1e-6));
+    assert_eq!(manifest("CryptoObject").len(), 1, "one mesh");
+}
+
+#[test]
+fn a_background_is_opaque() {
+    let here = folder();
+    let picture = square(here.path(), "[[light]]\ntype = 'constant'\nradiance = 1");
+    assert!(channel(&picture, "A").iter().all(|&a| a == 1.0));
+    assert_eq!(channel(&picture, "Z")[0], 1e10);
 }
 
 #[test]

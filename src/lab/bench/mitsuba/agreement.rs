@@ -1,6 +1,8 @@
 //! Whether two renderers made the same picture, but for noise.
 
 use crate::film::accumulate::Estimate;
+#[cfg(test)]
+use crate::film::accumulate::PictureIds;
 use crate::image::Image;
 use crate::math::{Rgb, luminance};
 use crate::{Error, Result};
@@ -154,7 +156,17 @@ mod tests {
         let mean: Vec<Rgb> = (0..32 * 24).map(&mut noisy).collect();
         let variance = (0..32 * 24).map(|i| (Rgb::new(1.0, 0.8, 0.5) * (0.1 * of(i % 32, i / 32))).powf(2.0)).collect();
         let (counts, features) = (Vec::new(), Vec::new());
-        Estimate { width: 32, height: 24, mean, variance, samples: 4, counts, features }
+        Estimate {
+            width: 32,
+            height: 24,
+            mean,
+            variance,
+            samples: 4,
+            counts,
+            layers: Vec::new(),
+            features,
+            ids: PictureIds::default(),
+        }
     }
 
     fn ramp(x: usize, y: usize) -> f32 {

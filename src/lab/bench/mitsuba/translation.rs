@@ -10,7 +10,7 @@ use crate::io::atomic::write_atomically;
 use crate::light::{ConstantLight, DirectionalLight, EnvironmentLight, LightDescription, PointLight};
 use crate::math::Rgb;
 use crate::render::Order;
-use crate::scene::description::CameraDescription;
+use crate::scene::description::{CameraDescription, Projection};
 use crate::scene::{Camera, LoadedAssets};
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};
@@ -63,6 +63,10 @@ fn same_work(description: &SceneFile, gathered: &LoadedAssets, spp: u32) -> Resu
     }
     if !d.integrator.next_event || !d.integrator.mis {
         return Err(unknown("a path tracer without integrator.next_event or integrator.mis"));
+    }
+    let pinhole = |c: &CameraDescription| c.projection == Projection::Perspective && c.aperture_radius == 0.0;
+    if d.scene.film.crop.is_some() || !d.scene.camera.iter().all(pinhole) {
+        return Err(unknown("a part of a picture, or a camera that is no pinhole"));
     }
     let far =
         |light: &&LightDescription| matches!(light, LightDescription::Environment(_) | LightDescription::Constant(_));

@@ -8,7 +8,7 @@ use crate::integrator::{IntegratorSettings, Roulette};
 use crate::io::atomic::write_atomically;
 use crate::light::{self, LightDescription};
 use crate::render::RenderSettings;
-use crate::scene::description::{CameraDescription, SceneDescription};
+use crate::scene::description::{CameraDescription, Projection, SceneDescription};
 use crate::scene::{Camera, Scene};
 use crate::{Error, Result};
 use glam::Vec3;
@@ -74,9 +74,15 @@ fn stand_in(
     let camera = Camera::in_place(description.scene.camera.as_ref(), scene.bounds());
     let mut film = description.scene.film.clone();
     film.filter = Filter::Box;
+    film.crop = None;
     let scene = SceneDescription {
-        // the program has no mirrored view; turning it changes no ray's cost
-        camera: Some(CameraDescription { mirrored: false, ..camera }),
+        // the program has pinholes alone, and no mirrored view; turning it changes no ray's cost
+        camera: Some(CameraDescription {
+            projection: Projection::Perspective,
+            aperture_radius: 0.0,
+            mirrored: false,
+            ..camera
+        }),
         film,
         meshes: vec![crate::format::whole_file(&model)],
         lights: vec![light::PointLight { position: light.position, intensity: light.intensity }.into()],

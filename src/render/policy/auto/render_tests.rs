@@ -32,7 +32,9 @@ fn bounced_light_is_what_direct_light_leaves() {
                 guide: None,
                 seed: 1,
                 features: false,
+                ids: false,
                 bounced: true,
+                layers: &[],
             };
             integrator.render(&task, &mut Batch::new())
         };

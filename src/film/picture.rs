@@ -1,0 +1,95 @@
+//! Groups of iterations as one picture.
+
+use super::group::{IterationGroup, parity};
+use super::surplus::Surplus;
+use crate::math::Rgb;
+use rayon::prelude::*;
+
+/// Groups weighed together.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Picture {
+    pub(super) mean: Vec<Rgb>,
+    /// Of the means.
+    pub(super) variance: Vec<Rgb>,
+    /// Means by radiance layer.
+    pub(super) layers: Vec<Vec<Rgb>>,
+    /// Sum of weights, for the black and the white squares of a checkerboard over the pixels. They are counts of samples
+    /// where all groups so far told nothing of their noise.
+    weight: [f64; 2],
+    /// Whether a group has told something.
+    told: [bool; 2],
+    /// Per pixel, those that all have, and what some have beyond.
+    pub(super) samples: u32,
+    pub(super) surplus: Surplus,
+}
+
+impl Picture {
+    pub(super) fn new(pixels: usize, layers: usize) -> Picture {
+        Picture {
+            mean: vec![Rgb::ZERO; pixels],
+            variance: vec![Rgb::ZERO; pixels],
+            layers: vec![vec![Rgb::ZERO; pixels]; layers],
+            weight: [0.0; 2],
+            told: [false; 2],
+            samples: 0,
+            surplus: Surplus::default(),
+        }
+    }
+
+    pub(super) fn weigh_in(&mut self, width: u32, group: &IterationGroup, weights: [Option<f64>; 2]) {
+        let (held, mean_count) = (self.samples, group.mean_count());
+        let shares = [0, 1].map(|colour| self.add_weight(colour, weights[colour], mean_count));
+        self.mean.par_iter_mut().zip(&mut self.variance).enumerate().for_each(|(i, (mean, variance))| {
+            let (old, new) = group.shares(i, mean_count, shares[parity(i, width as usize)]);
+            let (newer, mut newer_variance) = group.moments(i);
+            if group.count(i) == 1 {
+                // one sample does not tell how it varies; those before it do, where they are several
+                newer_variance = (*variance * held as f32).min(Rgb::MAX);
+            }
+            // steps towards the new mean: equal ones stay what they are to the last bit
+            *mean += (newer - *mean) * new;
+            *variance = *variance * old.powi(2) + newer_variance * new.powi(2);
+        });
+        for (layer, means) in self.layers.iter_mut().enumerate() {
+            means.par_iter_mut().enumerate().for_each(|(i, mean)| {
+                let (_, new) = group.shares(i, mean_count, shares[parity(i, width as usize)]);
+                *mean += (group.layer_mean(layer, i) - *mean) * new;
+            });
+        }
+        self.samples += group.samples;
+        self.surplus.add_all(&group.surplus);
+    }
+
+    /// Adds the weight of a group to that of the groups before it, and returns the shares of those and of the group in both
+    /// together; `samples` are its samples of a pixel on average. A group that tells nothing of its noise counts as if its
+    /// samples varied as those of the others do on average.
+    fn add_weight(&mut self, colour: usize, weight: Option<f64>, samples: f64) -> (f32, f32) {
+        let before = self.samples as f64 + self.surplus.mean();
+        let new = match (weight, self.told[colour]) {
+            (Some(weight), true) => weight,
+            (Some(weight), false) => {
+                self.weight[colour] = before * weight / samples;
+                weight
+            }
+            (None, true) => samples * self.weight[colour] / before,
+            (None, false) => samples,
+        };
+        self.told[colour] |= weight.is_some();
+        let (old, total) = (self.weight[colour], self.weight[colour] + new);
+        self.weight[colour] = total;
+        ((old / total) as f32, (new / total) as f32)
+    }
+
+    /// Takes the pixels of an earlier picture where the newest group, all that it holds, has no samples.
+    pub(super) fn fill_in(&mut self, before: Picture, newest: &IterationGroup) {
+        if newest.surplus.is_empty() {
+            return;
+        }
+        let pixels = self.mean.len();
+        for i in (0..pixels).filter(|&i| newest.count(i) == 0) {
+            (self.mean[i], self.variance[i]) = (before.mean[i], before.variance[i]);
+            self.layers.iter_mut().zip(&before.layers).for_each(|(means, before)| means[i] = before[i]);
+            self.surplus.add(i..i + 1, before.samples, pixels);
+        }
+    }
+}
