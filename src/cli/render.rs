@@ -17,7 +17,7 @@ use crate::image::{Exposure, Image, Tone, ViewTransform};
 use crate::inspect::Layers;
 use crate::render::guide_file::{self, GuideFingerprint};
 use crate::render::{GuideIo, Rendering, Settings, Stop, render_until};
-use crate::scene::description::CameraDescription;
+use crate::scene::description::{CameraDescription, Projection};
 use crate::scene::{FoundCamera, Scene};
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::Args;
@@ -168,13 +168,15 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
 
 /// Where the camera stands that was found, as one would write it.
 fn camera_note(found: &FoundCamera) -> String {
-    let CameraDescription { origin, target, up, vfov, .. } = &found.camera;
+    let CameraDescription { origin, target, up, vfov, view_height, .. } = &found.camera;
     let place = if found.outside { "outside, where all of the model is in the picture" } else { "where most is seen" };
     let up = if *up == Vec3::Y { String::new() } else { format!(" --set 'camera.up={up}'") };
-    format!(
-        "note: the camera stands {place}: --set 'camera.origin={origin}' --set 'camera.target={target}'{up} --set \
-         camera.vfov={vfov}"
-    )
+    let field = match found.camera.projection {
+        Projection::Perspective => format!(" --set camera.vfov={vfov}"),
+        Projection::Orthographic => format!(" --set camera.view_height={view_height}"),
+        Projection::Panorama => String::new(),
+    };
+    format!("note: the camera stands {place}: --set 'camera.origin={origin}' --set 'camera.target={target}'{up}{field}")
 }
 
 /// Writes all that was asked for and says so; `false` where pixels are not finite.

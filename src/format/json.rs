@@ -11,7 +11,7 @@ use crate::document::{At, COORDINATE, Entries, Entry, Fault, NOT_NEGATIVE, Node,
 use crate::document::{from_json, read_text};
 use crate::film::SIDE;
 use crate::math::Rgb;
-use crate::scene::description::{CameraDescription, NamedCamera, SceneDescription, Unsaid};
+use crate::scene::description::{CameraDescription, NamedCamera, SceneDescription};
 use std::path::Path;
 
 /// What says where a scene comes from, or again what the OBJ says.
@@ -80,7 +80,7 @@ impl Import<'_> {
     fn camera(&mut self, label: String, node: Node) -> Result<NamedCamera, Fault> {
         let mut t = Reader::new(label, node)?;
         t.chosen("type", &[("perspective", ())])?;
-        let mut c = CameraDescription { unsaid: Unsaid::default(), ..Default::default() };
+        let mut c = CameraDescription::default();
         t.point("origin", COORDINATE, &mut c.origin)?;
         t.point("target", COORDINATE, &mut c.target)?;
         t.vector("up", COORDINATE, &mut c.up)?;

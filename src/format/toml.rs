@@ -5,7 +5,9 @@ use super::sections::camera::camera;
 use super::sections::{self, world};
 use crate::Result;
 use crate::document::{At, Entry, Fault, Node, Reader, Source, from_toml, read_text};
-use crate::scene::description::{InstanceDescription, MeshDescription, NamedCamera, SceneDescription};
+use crate::scene::description::{
+    CameraDescription, InstanceDescription, MeshDescription, NamedCamera, SceneDescription,
+};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -40,7 +42,7 @@ fn cameras(node: Node) -> Result<Vec<NamedCamera>, Fault> {
         let mut said = None;
         camera(&mut t, &mut said)?;
         t.finish()?;
-        Ok(NamedCamera { name, camera: said.unwrap_or_default(), size: [None; 2] })
+        Ok(NamedCamera { name, camera: said.unwrap_or_else(CameraDescription::open), size: [None; 2] })
     };
     entries.into_iter().map(read).collect()
 }

@@ -75,6 +75,7 @@ impl LightSample {
     }
 
     /// The ray from `origin`, just off the lit surface, that must reach the light.
+    #[inline]
     pub fn shadow_ray(&self, origin: Vec3) -> Ray {
         let Some(target) = self.target else { return Ray { org: origin, dir: self.wi, tfar: f32::INFINITY } };
         // aimed anew: the origin is not quite the point that the light was drawn from

@@ -4,7 +4,7 @@ use crate::film::{FilmSettings, Filter};
 use crate::geometry::Ray;
 use crate::math::rng::Rng;
 use crate::math::warp::square_to_disk;
-use crate::scene::description::{CameraDescription, Projection, Unsaid};
+use crate::scene::description::{CameraDescription, Projection};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -84,13 +84,8 @@ impl Camera {
         let vfov = 40.0f32;
         let distance = radius / (0.5 * vfov).to_radians().sin();
         let origin = centre + Vec3::new(0.5, 0.35, 1.0).normalize() * distance;
-        CameraDescription {
-            origin: origin.as_dvec3(),
-            target: centre.as_dvec3(),
-            vfov,
-            unsaid: Unsaid::default(),
-            ..CameraDescription::default()
-        }
+        let (origin, target) = (origin.as_dvec3(), centre.as_dvec3());
+        CameraDescription { origin, target, vfov, ..CameraDescription::default() }
     }
 
     /// Number of pixel `(x, y)` in the whole film, row by row: random numbers are a pixel's own, whatever part is rendered.

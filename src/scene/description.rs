@@ -83,11 +83,12 @@ pub(crate) struct Unsaid {
     pub(crate) target: bool,
     pub(crate) up: bool,
     pub(crate) vfov: bool,
+    pub(crate) view_height: bool,
 }
 
 impl Unsaid {
     /// Nothing is said.
-    pub(crate) const ALL: Unsaid = Unsaid { origin: true, target: true, up: true, vfov: true };
+    pub(crate) const ALL: Unsaid = Unsaid { origin: true, target: true, up: true, vfov: true, view_height: true };
 
     /// Whether the camera has to be found.
     pub(crate) fn is_open(&self) -> bool {
@@ -95,8 +96,15 @@ impl Unsaid {
     }
 }
 
+impl CameraDescription {
+    /// One of which nothing is said.
+    pub(crate) fn open() -> CameraDescription {
+        CameraDescription { unsaid: Unsaid::ALL, ..CameraDescription::default() }
+    }
+}
+
 impl Default for CameraDescription {
-    /// A perspective one of which nothing is said, with +y up.
+    /// What the keys of a camera are where nothing else is said.
     fn default() -> CameraDescription {
         CameraDescription {
             projection: Projection::Perspective,
@@ -108,7 +116,7 @@ impl Default for CameraDescription {
             aperture_radius: 0.0,
             focus_distance: None,
             mirrored: false,
-            unsaid: Unsaid::ALL,
+            unsaid: Unsaid::default(),
         }
     }
 }

@@ -6,7 +6,7 @@
 //! A mesh is hashed as its file has it, with its transform beside it, so that no rounding of points has a part in the
 //! hash. (A rotation by an angle is what the machine's sine makes of it.)
 
-use super::description::{CameraDescription, MaterialDescription, Projection, SceneDescription};
+use super::description::{CameraDescription, MaterialDescription, Projection, SceneDescription, Unsaid};
 use crate::Result;
 use crate::fields::Fields;
 use crate::film::{FilmSettings, Filter};
@@ -17,7 +17,7 @@ mod fields;
 
 use bytemuck::NoUninit;
 use fields::CanonicalFields;
-use glam::Affine3A;
+use glam::{Affine3A, DVec3, Vec3};
 use std::path::Path;
 
 /// Begins all that is hashed. Its version changes with what is hashed and how.
@@ -111,10 +111,9 @@ pub(super) fn view(camera: Option<&CameraDescription>, film: &FilmSettings, cont
     canon.u64(content);
     let whole = camera.filter(|camera| !camera.unsaid.is_open());
     canon.flag(whole.is_some());
-    match (whole, camera) {
-        (Some(whole), _) => add_camera(whole, &mut canon),
-        (None, Some(camera)) => said_of(&mut canon, camera),
-        (None, None) => {}
+    match whole {
+        Some(camera) => add_camera(camera, &mut canon),
+        None => camera.iter().for_each(|camera| add_open_camera(camera, &mut canon)),
     }
     canon.u32(*width);
     canon.u32(*height);
@@ -152,18 +151,19 @@ fn add_projection(camera: &CameraDescription, canon: &mut Canon) {
     }
 }
 
-/// Of a camera that has to be found.
-fn said_of(canon: &mut Canon, camera: &CameraDescription) {
-    let CameraDescription { origin, target, up, vfov, mirrored, unsaid, .. } = camera;
-    let said = [(unsaid.origin, origin.as_vec3()), (unsaid.target, target.as_vec3()), (unsaid.up, *up)];
-    for (unsaid, value) in said {
-        canon.flag(!unsaid);
-        (!unsaid).then(|| canon.vector(value));
-    }
-    canon.flag(!unsaid.vfov);
-    (!unsaid.vfov).then(|| canon.floats([*vfov]));
-    canon.flag(*mirrored);
-    add_projection(camera, canon);
+/// One that has to be found.
+fn add_open_camera(camera: &CameraDescription, canon: &mut Canon) {
+    let Unsaid { origin, target, up, vfov, view_height } = camera.unsaid;
+    [origin, target, up, vfov, view_height].into_iter().for_each(|unsaid| canon.flag(!unsaid));
+    let said = CameraDescription {
+        origin: if origin { DVec3::ZERO } else { camera.origin },
+        target: if target { DVec3::ZERO } else { camera.target },
+        up: if up { Vec3::ZERO } else { camera.up },
+        vfov: if vfov { 0.0 } else { camera.vfov },
+        view_height: if view_height { 0.0 } else { camera.view_height },
+        ..camera.clone()
+    };
+    add_camera(&said, canon);
 }
 
 #[cfg(test)]

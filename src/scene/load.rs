@@ -141,7 +141,7 @@ impl Scene {
     fn look(&mut self, description: &SceneDescription) -> Result<()> {
         let camera = view::said(description);
         let film = &description.film;
-        self.found_camera = camera.unsaid.is_open().then(|| view::find(self, &camera));
+        self.found_camera = camera.unsaid.is_open().then(|| view::find(self, &camera, film));
         let camera = self.found_camera.as_ref().map_or(&camera, |found| &found.camera);
         self.camera = Camera::new(camera, film)?;
         Ok(())

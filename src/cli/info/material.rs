@@ -74,19 +74,28 @@ pub(super) fn pictures(material: &MaterialDescription) -> Vec<PathBuf> {
     found
 }
 
+/// With the digits of single precision, and no more.
+fn number(x: f32) -> Value {
+    x.to_string().parse::<f64>().map_or(Value::Null, |x| json!(x))
+}
+
+fn numbers<const N: usize>(values: [f32; N]) -> Value {
+    values.into_iter().map(number).collect()
+}
+
 fn rgb(color: Rgb) -> Value {
-    json!(color.to_array())
+    numbers(color.to_array())
 }
 
 fn image(image: &ImageTexture) -> Value {
     let ImageTexture { path, scale, offset, nearest, tint } = image;
-    json!({ "texture": path.display().to_string(), "scale": scale, "offset": offset, "nearest": nearest,
-            "tint": tint.to_array() })
+    json!({ "texture": path.display().to_string(), "scale": numbers(*scale), "offset": numbers(*offset),
+            "nearest": nearest, "tint": rgb(*tint) })
 }
 
 fn scalar(texture: &ScalarTexture) -> Value {
     match texture {
-        ScalarTexture::Constant(value) => json!(value),
+        ScalarTexture::Constant(value) => number(*value),
         ScalarTexture::Image(picture) => image(picture),
         ScalarTexture::Luminance(picture) => {
             let mut value = image(picture);
@@ -115,7 +124,7 @@ impl FieldVisitor for Listing {
     }
 
     fn number(&mut self, key: Key, _: Bounds, slot: &mut f32) -> Result<(), Infallible> {
-        self.add(key, json!(*slot))
+        self.add(key, number(*slot))
     }
 
     fn color(&mut self, key: Key, _: Bounds, slot: &mut Rgb) -> Result<(), Infallible> {
@@ -138,8 +147,8 @@ impl FieldVisitor for Listing {
 
     fn color_pair(&mut self, keys: [(Key, Bounds); 2], slot: &mut Option<(Rgb, Rgb)>) -> Result<(), Infallible> {
         let [first, second] = keys.map(|(key, _)| key);
-        self.add(first, json!(slot.map(|(first, _)| first.to_array())))?;
-        self.add(second, json!(slot.map(|(_, second)| second.to_array())))
+        self.add(first, json!(slot.map(|(first, _)| rgb(first))))?;
+        self.add(second, json!(slot.map(|(_, second)| rgb(second))))
     }
 
     fn position(&mut self, key: Key, slot: &mut DVec3) -> Result<(), Infallible> {
@@ -151,7 +160,10 @@ impl FieldVisitor for Listing {
     }
 
     fn orientation(&mut self, _: Key, matrix: Key, slot: &mut Affine3A) -> Result<(), Infallible> {
-        self.add(matrix, json!(glam::Mat3::from(slot.matrix3).transpose().to_cols_array_2d()))
+        self.add(
+            matrix,
+            glam::Mat3::from(slot.matrix3).transpose().to_cols_array_2d().map(numbers).into_iter().collect(),
+        )
     }
 
     fn picture(&mut self, key: Key, slot: &mut PathBuf) -> Result<(), Infallible> {

@@ -3,7 +3,7 @@
 use super::material::{Parameter, parameters, pictures, source, values};
 use crate::format::SceneFile;
 use crate::math::luminance;
-use crate::scene::description::CameraDescription;
+use crate::scene::description::{CameraDescription, Projection};
 use crate::scene::{DescribedMaterial, Inventory, MaterialUse, Scene};
 use crate::texture::Texture;
 use rayon::prelude::*;
@@ -69,10 +69,14 @@ pub(super) struct Memory {
 pub(super) struct Camera {
     /// Whether it was found by what can be seen, and not said by the file in full.
     pub(super) found: bool,
+    pub(super) projection: &'static str,
     pub(super) origin: [f32; 3],
     pub(super) target: [f32; 3],
     pub(super) up: [f32; 3],
-    pub(super) vfov: f32,
+    /// In degrees, of a perspective camera.
+    pub(super) vfov: Option<f32>,
+    /// Of an orthographic one.
+    pub(super) view_height: Option<f32>,
     pub(super) width: u32,
     pub(super) height: u32,
 }
@@ -150,11 +154,15 @@ impl Report {
 fn camera(file: &SceneFile, scene: &Scene) -> Camera {
     let found = scene.found_camera().map(|found| found.camera.clone());
     let whole = found.is_none();
-    let CameraDescription { origin, target, up, vfov, .. } =
-        found.or_else(|| file.scene.camera.clone()).unwrap_or_default();
+    let c: CameraDescription = found.or_else(|| file.scene.camera.clone()).unwrap_or_default();
     let (width, height) = (file.scene.film.width, file.scene.film.height);
-    let (origin, target, up) = (origin.as_vec3().into(), target.as_vec3().into(), up.into());
-    Camera { found: !whole, origin, target, up, vfov, width, height }
+    let (projection, vfov, view_height) = match c.projection {
+        Projection::Perspective => ("perspective", Some(c.vfov), None),
+        Projection::Orthographic => ("orthographic", None, Some(c.view_height)),
+        Projection::Panorama => ("panorama", None, None),
+    };
+    let [origin, target, up] = [c.origin.as_vec3(), c.target.as_vec3(), c.up].map(Into::into);
+    Camera { found: !whole, projection, origin, target, up, vfov, view_height, width, height }
 }
 
 fn materials(scene: &Scene, inventory: &Inventory) -> Vec<Material> {

@@ -23,6 +23,8 @@ fn head(report: &Report) -> Vec<String> {
     let line = |name: &str, value: String| format!("{name:12} {value}");
     let found = if camera.found { "found by what can be seen" } else { "of the scene file" };
     let bytes = |bytes: u64| memory::text(bytes);
+    let named = [("vfov", camera.vfov), ("view_height", camera.view_height)];
+    let field: String = named.iter().filter_map(|(key, x)| x.map(|x| format!("{key} {x}, "))).collect();
     let mut lines = vec![
         line("scene", report.scene.clone()),
         line(
@@ -43,11 +45,11 @@ fn head(report: &Report) -> Vec<String> {
         line(
             "camera",
             format!(
-                "{found}: origin {}, target {}, up {}, vfov {}, {} x {} pixels",
+                "{found}: {}, origin {}, target {}, up {}, {field}{} x {} pixels",
+                camera.projection,
                 vector(camera.origin),
                 vector(camera.target),
                 vector(camera.up),
-                camera.vfov,
                 camera.width,
                 camera.height
             ),

@@ -11,21 +11,25 @@ const TARGET: &str =
 const UP: &str =
     "what is up in the picture; not zero, and not along the view; without it +y, or what an OBJ file says of itself";
 const FIELD: &str = "field of view from the lower to the upper edge; where the camera is found, that of a usual lens";
+const HEIGHT: &str =
+    "from the lower to the upper edge of the picture; where the camera is found, so much that the model fills it";
 
 /// Reads over the camera there is. What nobody says is found when the scene is loaded.
 pub(in crate::format) fn camera(t: &mut Reader, camera: &mut Option<CameraDescription>) -> Result<(), Fault> {
-    let mut c = camera.clone().unwrap_or_default();
+    let mut c = camera.clone().unwrap_or_else(CameraDescription::open);
     t.point(key("origin", ORIGIN).unit("length").optional(), COORDINATE, &mut c.origin)?;
     t.point(key("target", TARGET).unit("length").optional(), COORDINATE, &mut c.target)?;
     t.vector(key("up", UP).optional(), COORDINATE, &mut c.up)?;
     projection(t, &mut c)?;
     t.flag(key("mirrored", "flips the picture left to right"), &mut c.mirrored)?;
-    let Unsaid { origin, target, up, vfov } = &mut c.unsaid;
-    for (key, unsaid) in [("origin", origin), ("target", target), ("up", up), ("vfov", vfov)] {
+    let Unsaid { origin, target, up, vfov, view_height } = &mut c.unsaid;
+    let keys = [("origin", origin), ("target", target), ("up", up), ("vfov", vfov), ("view_height", view_height)];
+    for (key, unsaid) in keys {
         *unsaid &= !t.has(key);
     }
-    // Its default is for a camera that has a place.
-    c.unsaid.vfov &= c.unsaid.is_open();
+    // Their defaults are for a camera that has a place.
+    let open = c.unsaid.is_open();
+    (c.unsaid.vfov, c.unsaid.view_height) = (c.unsaid.vfov && open, c.unsaid.view_height && open);
     check_camera(t, &c)?;
     *camera = Some(c);
     Ok(())
@@ -46,7 +50,7 @@ fn projection(t: &mut Reader, c: &mut CameraDescription) -> Result<(), Fault> {
     let orthographic = |k: Key| k.only(c.projection == Projection::Orthographic, "`projection = \"orthographic\"`");
     let vfov = key("vfov", FIELD).unit("degrees");
     t.number(perspective(vfov), VFOV, &mut c.vfov)?;
-    let height = key("view_height", "from the lower to the upper edge of the picture").unit("length");
+    let height = key("view_height", HEIGHT).unit("length");
     t.number(orthographic(height), POSITIVE, &mut c.view_height)?;
     let aperture =
         key("aperture_radius", "of the lens; what is not in focus is blurred. 0 is a pinhole").unit("length");

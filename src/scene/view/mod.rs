@@ -20,6 +20,7 @@ pub(crate) use darkness::why_dark;
 
 use super::Scene;
 use super::description::{CameraDescription, SceneDescription, Unsaid};
+use crate::film::FilmSettings;
 use axes::Axes;
 use candidates::Candidate;
 use glam::{DAffine3, Vec3};
@@ -56,7 +57,7 @@ struct Search<'a> {
 
 /// What is said of the camera, by a model that is a scene of its own about what is up, too.
 pub(super) fn said(description: &SceneDescription) -> CameraDescription {
-    let mut camera = description.camera.clone().unwrap_or_default();
+    let mut camera = description.camera.clone().unwrap_or_else(CameraDescription::open);
     if let [model] = &*description.meshes
         && camera.unsaid.up
         && model.transform == DAffine3::IDENTITY
@@ -68,8 +69,8 @@ pub(super) fn said(description: &SceneDescription) -> CameraDescription {
 }
 
 /// Completes what is said of a camera, of which at least origin or target is not.
-pub(super) fn find(scene: &Scene, said: &CameraDescription) -> FoundCamera {
-    let Unsaid { origin, target, up: _, vfov } = said.unsaid;
+pub(super) fn find(scene: &Scene, said: &CameraDescription, film: &FilmSettings) -> FoundCamera {
+    let Unsaid { origin, target, vfov, .. } = said.unsaid;
     let given = |unsaid: bool, value: Vec3| (!unsaid).then_some(value);
     let axes = Axes::new(said.up);
     let subject = Subject::of(scene, &axes);
@@ -79,7 +80,7 @@ pub(super) fn find(scene: &Scene, said: &CameraDescription) -> FoundCamera {
         subject,
         pieces: Pieces::of(&subject),
         sphere: standpoints::sphere(&axes),
-        aspect: scene.camera.width as f32 / scene.camera.height as f32,
+        aspect: film.width as f32 / film.height as f32,
         origin: given(origin, said.origin.as_vec3()),
         target: given(target, said.target.as_vec3()),
         vfov: (!vfov).then_some(said.vfov),
@@ -113,11 +114,14 @@ impl Search<'_> {
         let middle = self.pieces.seen(self.scene, *origin, &[gaze.forward])[0];
         let (low, high) = self.scene.bounds();
         let distance = middle.map_or((high - low).length(), |sight| sight.distance);
+        // as high as a perspective view is where the subject's middle is
+        let height = 2.0 * gaze.half[1] * (self.subject.centre() - *origin).dot(gaze.forward).abs();
         CameraDescription {
             origin: origin.as_dvec3(),
             target: self.target.unwrap_or(*origin + gaze.forward * distance).as_dvec3(),
             up: if self.axes.up.dot(gaze.up) > 1e-4 { self.axes.up } else { gaze.up },
             vfov: self.vfov.unwrap_or(gaze.vfov()),
+            view_height: if said.unsaid.view_height { height } else { said.view_height },
             unsaid: Unsaid::default(),
             ..said.clone()
         }

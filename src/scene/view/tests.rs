@@ -6,7 +6,9 @@ use crate::geometry::Mesh;
 use crate::math::Rgb;
 use crate::math::rng::Rng;
 use crate::scene::Scene;
-use crate::scene::description::{CameraDescription, MaterialDescription, MeshDescription, SceneDescription, Unsaid};
+use crate::scene::description::{
+    CameraDescription, MaterialDescription, MeshDescription, Projection, SceneDescription, Unsaid,
+};
 use crate::scene::model::{MeshSource, Model};
 use glam::{Affine3A, DAffine3, DVec3, Mat3, Quat, Vec3, vec3};
 use std::sync::Arc;
@@ -288,10 +290,32 @@ fn what_is_said_of_the_camera_is_kept() {
         ));
         assert_eq!(at.target, target);
         assert!(at.origin != target && at.origin.is_finite());
-        let mirrored = model.completed(CameraDescription { mirrored: true, ..Default::default() });
+        let mirrored = model.completed(CameraDescription { mirrored: true, ..CameraDescription::open() });
         assert!(mirrored.mirrored);
         assert_eq!(mirrored.origin, closer.origin);
     }
+}
+
+#[test]
+fn an_orthographic_camera_has_all_of_an_object_in_its_picture() {
+    let parallel = CameraDescription { projection: Projection::Orthographic, ..CameraDescription::open() };
+    let CameraDescription { origin, target, up, view_height, .. } = pot().completed(parallel);
+    let (origin, target) = (origin.as_vec3(), target.as_vec3());
+    let right = (target - origin).normalize().cross(up).normalize();
+    let above = right.cross((target - origin).normalize());
+    let of = |axis: Vec3, half: f32| {
+        pot().positions.iter().map(|p| ((*p - origin).dot(axis) / half).abs()).fold(0.0, f32::max)
+    };
+    let [across, upwards] = [of(right, 0.5 * view_height * 1280.0 / 720.0), of(above, 0.5 * view_height)];
+    assert!((0.7..1.0).contains(&across.max(upwards)), "{across} {upwards}");
+    let said = Unsaid { view_height: false, ..Unsaid::ALL };
+    let parallel = CameraDescription {
+        projection: Projection::Orthographic,
+        view_height: 9.0,
+        unsaid: said,
+        ..Default::default()
+    };
+    assert_eq!(pot().completed(parallel).view_height, 9.0);
 }
 
 #[test]

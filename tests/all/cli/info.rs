@@ -121,9 +121,13 @@ fn cameras_and_instances_are_listed() {
 fn people_read_the_same() {
     let here = folder();
     let said = stdout(&info(here.path(), &scene("cornell.toml"), &[]));
-    for part in
-        ["triangles    38 in 1 meshes", "of the scene file: origin", "lights\n", "surfaces of ", "reflectance = ["]
-    {
+    for part in [
+        "triangles    38 in 1 meshes",
+        "of the scene file: perspective, origin",
+        "lights\n",
+        "surfaces of ",
+        "reflectance = [",
+    ] {
         assert!(said.contains(part), "{part} is missing in: {said}");
     }
 }
