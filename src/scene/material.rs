@@ -1,13 +1,13 @@
 //! Materials, ready for rendering: scattering with its textures, emission, and what is seen through.
 
 use crate::Result;
-use crate::bsdf::{Bsdf, BsdfModel, CoatTables, color_textures};
+use crate::bsdf::{Bsdf, BsdfModel, CoatTables, color_textures, share_textures};
 use crate::embree::OpacityTest;
 use crate::geometry::Mesh;
 use crate::light::EmitterPattern;
 use crate::math::{Rgb, rng::mix};
 use crate::scene::description::MaterialDescription;
-use crate::texture::{ColorTexture, Relief, ScalarTexture, Texture, TextureCache, TextureMap};
+use crate::texture::{ColorTexture, Relief, ScalarMap, ScalarTexture, Texture, TextureCache, TextureMap};
 use std::sync::Arc;
 
 /// A material of the scene.
@@ -20,6 +20,8 @@ pub(crate) struct Material {
     /// Whether it is Lambertian and the same everywhere, as most of most scenes.
     plain: bool,
     maps: [Option<TextureMap>; 2],
+    /// Components of the second colour that come from pictures.
+    shares: [Option<ScalarMap>; 3],
     opacity: Opacity,
     relief: Option<Relief>,
     /// Times the picture, where there is one.
@@ -36,8 +38,7 @@ pub(crate) struct Material {
 #[derive(Clone, Copy, Debug)]
 enum Opacity {
     Constant(f32),
-    Image(TextureMap),
-    Luminance(TextureMap),
+    Map(ScalarMap),
 }
 
 impl Material {
@@ -59,20 +60,26 @@ impl Material {
         let opacity = match &description.opacity {
             None => Opacity::Constant(1.0),
             Some(ScalarTexture::Constant(share)) => Opacity::Constant(*share),
-            Some(ScalarTexture::Image(image)) => Opacity::Image(cache.resolve(image)?),
-            Some(ScalarTexture::Luminance(image)) => Opacity::Luminance(cache.resolve(image)?),
+            Some(texture) => ScalarMap::new(texture, cache)?.map_or(Opacity::Constant(1.0), Opacity::Map),
         };
         let relief = description.relief.as_ref().map(|texture| Relief::new(texture, cache)).transpose()?;
         let emission_map = description.emission_map.as_ref().map(|image| cache.resolve(image)).transpose()?;
         let emission_peak = emission_map.map_or(1.0, |map| map.peak(cache.textures()));
         let (model, textured) =
             (BsdfModel::new(&description.bsdf, description.two_sided, coats)?, maps.iter().any(Option::is_some));
+        let mut shares = [None; 3];
+        for (k, (number, map)) in share_textures(&description.bsdf).into_iter().flatten().enumerate() {
+            colors[1][k] = number;
+            shares[k] = map.map(|map| ScalarMap::new(&map, cache)).transpose()?.flatten();
+        }
+        let textured = textured || shares.iter().any(Option::is_some);
         Ok(Material {
             plain: model.is_diffuse() && !textured && relief.is_none(),
             model,
             colors,
             textured,
             maps,
+            shares,
             opacity,
             relief,
             emission: description.emission,
@@ -104,7 +111,11 @@ impl Material {
     #[inline(never)]
     fn textured_colors(&self, textures: &[Texture], uv: [f32; 2]) -> [Rgb; 2] {
         let color = |k: usize| self.maps[k].map_or(self.colors[k], |map| map.color(textures, uv));
-        [color(0), color(1)]
+        let mut colors = [color(0), color(1)];
+        for (k, share) in self.shares.iter().enumerate() {
+            colors[1][k] = share.map_or(colors[1][k], |share| share.value(textures, uv));
+        }
+        colors
     }
 
     /// Radiance emitted to the front, or to the back, at the texture coordinates `uv`.
@@ -138,7 +149,7 @@ impl Material {
     fn emission_texels(&self, textures: &[Texture], uvs: [[f32; 2]; 3]) -> f64 {
         let opacity = match self.opacity {
             Opacity::Constant(_) => None,
-            Opacity::Image(map) | Opacity::Luminance(map) => Some(map),
+            Opacity::Map(scalar) => Some(scalar.map),
         };
         let texels = [opacity, self.emission_map].into_iter().flatten().map(|map| map.texels_between(textures, uvs));
         texels.fold(1.0, f64::max)
@@ -162,8 +173,7 @@ impl Material {
     fn opacity(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
         let share = match self.opacity {
             Opacity::Constant(share) => share,
-            Opacity::Image(map) => map.scalar(textures, uv),
-            Opacity::Luminance(map) => map.stored_luminance(textures, uv),
+            Opacity::Map(map) => map.value(textures, uv),
         };
         if share < 1.0 { share.max(0.0) } else { 1.0 }
     }
@@ -179,8 +189,7 @@ impl Material {
     fn is_opaque(&self, textures: &[Texture]) -> bool {
         match self.opacity {
             Opacity::Constant(share) => share >= 1.0,
-            Opacity::Image(map) => textures[map.index].is_opaque(),
-            Opacity::Luminance(_) => false,
+            Opacity::Map(map) => map.is_one(textures),
         }
     }
 }
