@@ -197,6 +197,7 @@ fn model(kind: &str) -> BsdfModel {
             clearcoat_gloss: 0.8,
             sheen: 0.2,
             sheen_tint: 0.5,
+            ..PrincipledParameters::default()
         }),
     };
     BsdfModel::new(&description, false, &mut CoatTables::default()).expect("all numbers are in their domains")

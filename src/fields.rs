@@ -6,7 +6,7 @@
 
 use crate::document::{Bounds, Key};
 use crate::math::Rgb;
-use crate::texture::ColorTexture;
+use crate::texture::{ColorTexture, ScalarTexture};
 use glam::{Affine3A, DVec3, Vec3};
 use std::convert::Infallible;
 use std::path::PathBuf;
@@ -23,6 +23,8 @@ pub(crate) trait FieldVisitor {
 
     fn flag(&mut self, key: Key, slot: &mut bool) -> Result<(), Self::Error>;
     fn number(&mut self, key: Key, bounds: Bounds, slot: &mut f32) -> Result<(), Self::Error>;
+    /// A number in [0, 1], or a picture of such in its place.
+    fn share(&mut self, key: Key, number: &mut f32, map: &mut Option<ScalarTexture>) -> Result<(), Self::Error>;
     fn color(&mut self, key: Key, bounds: Bounds, slot: &mut Rgb) -> Result<(), Self::Error>;
     fn choice<T: Choice>(&mut self, key: Key, slot: &mut T) -> Result<(), Self::Error>;
     /// A reflectance or transmittance: each channel is in [0, 1].
@@ -58,16 +60,26 @@ pub(crate) trait Choice: Copy + PartialEq + 'static {
 
 /// Calls `each` with every texture, in the order of the fields.
 pub(crate) fn each_texture(fields: &mut impl Fields, each: impl FnMut(&mut ColorTexture)) {
-    let Ok(()) = fields.fields(&mut Textures(each));
+    let Ok(()) = fields.fields(&mut Textures(each, |_: &mut f32, _: &mut Option<ScalarTexture>| ()));
 }
 
-struct Textures<F>(F);
+/// Calls `each` with every number that may be a picture, and that picture, in the order of the fields.
+pub(crate) fn each_share(fields: &mut impl Fields, each: impl FnMut(&mut f32, &mut Option<ScalarTexture>)) {
+    let Ok(()) = fields.fields(&mut Textures(|_: &mut ColorTexture| (), each));
+}
 
-impl<F: FnMut(&mut ColorTexture)> FieldVisitor for Textures<F> {
+struct Textures<F, G>(F, G);
+
+impl<F: FnMut(&mut ColorTexture), G: FnMut(&mut f32, &mut Option<ScalarTexture>)> FieldVisitor for Textures<F, G> {
     type Error = Infallible;
 
     fn texture(&mut self, _: Key, slot: &mut ColorTexture) -> Result<(), Infallible> {
         (self.0)(slot);
+        Ok(())
+    }
+
+    fn share(&mut self, _: Key, number: &mut f32, map: &mut Option<ScalarTexture>) -> Result<(), Infallible> {
+        (self.1)(number, map);
         Ok(())
     }
 

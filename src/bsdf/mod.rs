@@ -36,8 +36,9 @@ pub(crate) use diffuse::DiffuseLanes;
 pub(crate) use lanes::BsdfLanes;
 pub use microfacet::MicrofacetDistribution;
 pub use model::BsdfModel;
-pub(crate) use model::color_textures;
+pub(crate) use model::{color_textures, share_textures};
 pub(crate) use point::Bsdf;
+pub use principled::PrincipledMaps;
 
 use crate::Result;
 use crate::fields::{FieldVisitor, Fields};
@@ -57,7 +58,8 @@ bsdfs! {
            RoughDielectric(rough_dielectric::RoughDielectric);
     "plastic" = Plastic(plastic::PlasticParameters)
         => Plastic(plastic::PlasticModel), RoughPlastic(rough_plastic::RoughPlasticModel);
-    "principled" = Principled(principled::PrincipledParameters) => Principled(principled::PrincipledLobes);
+    "principled" = Principled(principled::PrincipledParameters)
+        => Principled(principled::PrincipledLobes), TexturedPrincipled(principled::TexturedPrincipledModel);
     "null" = Null(null::NullParameters) => Null(null::Null);
 }
 

@@ -1,9 +1,9 @@
 //! From what a scene file says of a material to the BSDF at a point: everything but the colours is prepared once.
 
 use super::{Bsdf, BsdfDescription, BsdfKind, CoatTables, Model, Scatter};
-use crate::fields::{Fields, each_texture};
+use crate::fields::{Fields, each_share, each_texture};
 use crate::math::Rgb;
-use crate::texture::ColorTexture;
+use crate::texture::{ColorTexture, ScalarTexture};
 use crate::{Error, Result};
 
 /// A type of scattering as written. Defaults are what it is when only its `type` is given.
@@ -57,6 +57,14 @@ pub(crate) fn color_textures(description: &BsdfDescription) -> [Option<ColorText
         count += 1;
     });
     found
+}
+
+/// Numbers of which some are pictures, in the order in which [`BsdfModel::at`] wants them in its second colour; `None` where all of them
+/// are constant.
+pub(crate) fn share_textures(description: &BsdfDescription) -> Option<Vec<(f32, Option<ScalarTexture>)>> {
+    let mut found = Vec::new();
+    each_share(&mut description.clone(), |number, map| found.push((*number, map.clone())));
+    found.iter().any(|(_, map)| map.is_some()).then_some(found)
 }
 
 impl BsdfModel {

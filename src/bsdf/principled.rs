@@ -2,6 +2,10 @@
 //! conventions of Mitsuba 3: exact dielectric Fresnel where not tinted, separable Smith shadowing. Like the
 //! original it may reflect a little more than it receives (rough, bright bases at grazing angles).
 
+mod textured;
+
+pub(crate) use textured::TexturedPrincipledModel;
+
 use super::microfacet::Microfacet;
 use super::microfacet::MicrofacetDistribution::Ggx;
 use super::model::{BsdfParameters, Prepared, out_of_domain};
@@ -12,7 +16,7 @@ use crate::document::{Key, UNIT, key};
 use crate::fields::{FieldVisitor, Fields};
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use crate::math::{Rgb, luminance};
-use crate::texture::ColorTexture;
+use crate::texture::{ColorTexture, ScalarTexture};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, TAU};
 
@@ -28,6 +32,19 @@ pub struct PrincipledParameters {
     pub clearcoat_gloss: f32,
     pub sheen: f32,
     pub sheen_tint: f32,
+    pub maps: PrincipledMaps,
+}
+
+/// Pictures in the place of numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrincipledMaps {
+    pub metallic: Option<ScalarTexture>,
+    pub roughness: Option<ScalarTexture>,
+    pub specular: Option<ScalarTexture>,
+}
+
+impl PrincipledMaps {
+    pub(crate) const NONE: PrincipledMaps = PrincipledMaps { metallic: None, roughness: None, specular: None };
 }
 
 impl Default for PrincipledParameters {
@@ -42,17 +59,25 @@ impl Default for PrincipledParameters {
             clearcoat_gloss: 1.0,
             sheen: 0.0,
             sheen_tint: 0.5,
+            maps: PrincipledMaps::NONE,
         }
     }
 }
 
 impl PrincipledParameters {
-    /// The keys of all numbers, with their slots.
-    fn numbers(&mut self) -> [(Key, &mut f32); 8] {
+    /// The keys of numbers that may be pictures, with their slots; in the order of [`PrincipledLobes::with`].
+    fn shares(&mut self) -> [(Key, &mut f32, &mut Option<ScalarTexture>); 3] {
+        let maps = &mut self.maps;
         [
-            (key("metallic", "from dielectric to metal"), &mut self.metallic),
-            (key("roughness", "α = roughness²"), &mut self.roughness),
-            (key("specular", "strength of the dielectric reflection"), &mut self.specular),
+            (key("metallic", "from dielectric to metal"), &mut self.metallic, &mut maps.metallic),
+            (key("roughness", "α = roughness²"), &mut self.roughness, &mut maps.roughness),
+            (key("specular", "strength of the dielectric reflection"), &mut self.specular, &mut maps.specular),
+        ]
+    }
+
+    /// The keys of the other numbers, with their slots.
+    fn numbers(&mut self) -> [(Key, &mut f32); 5] {
+        [
             (key("spec_tint", "how far that takes the base's hue"), &mut self.spec_tint),
             (key("clearcoat", "strength of a second, clear coat"), &mut self.clearcoat),
             (key("clearcoat_gloss", "its gloss"), &mut self.clearcoat_gloss),
@@ -65,6 +90,7 @@ impl PrincipledParameters {
 impl Fields for PrincipledParameters {
     fn fields<V: FieldVisitor>(&mut self, visitor: &mut V) -> Result<(), V::Error> {
         visitor.texture(key("base_color", "albedo of a dielectric, reflection of a metal"), &mut self.base_color)?;
+        self.shares().into_iter().try_for_each(|(key, number, map)| visitor.share(key, number, map))?;
         self.numbers().into_iter().try_for_each(|(key, slot)| visitor.number(key, UNIT, slot))
     }
 }
@@ -74,12 +100,16 @@ impl BsdfParameters for PrincipledParameters {
     const OPAQUE: bool = true;
 
     fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
-        for (key, share) in self.clone().numbers() {
-            if !(0.0..=1.0).contains(share) {
+        let mut given = self.clone();
+        let shares: Vec<(Key, f32)> = given.shares().map(|(key, share, _)| (key, *share)).into();
+        let numbers = given.numbers().map(|(key, share)| (key, *share));
+        for (key, share) in shares.into_iter().chain(numbers) {
+            if !(0.0..=1.0).contains(&share) {
                 return Err(out_of_domain(key.name, "between 0 and 1"));
             }
         }
-        Ok(PrincipledLobes::new(self).into())
+        let lobes = PrincipledLobes::new(self);
+        Ok(if self.maps == PrincipledMaps::NONE { lobes.into() } else { TexturedPrincipledModel::new(lobes).into() })
     }
 }
 
@@ -107,11 +137,29 @@ struct Shares {
 impl PrincipledLobes {
     fn new(set: &PrincipledParameters) -> PrincipledLobes {
         let &PrincipledParameters { metallic, roughness, spec_tint, clearcoat, sheen, sheen_tint, .. } = set;
-        let eta = 2.0 / (1.0 - (0.08 * set.specular).sqrt()) - 1.0;
-        let alpha = (roughness * roughness).max(1e-3);
+        let (eta, alpha) = (eta_of(set.specular), alpha_of(roughness));
         let coat = Clearcoat { alpha: 0.1 + (0.001 - 0.1) * set.clearcoat_gloss };
         let set = Shares { metallic, roughness, spec_tint, clearcoat, sheen, sheen_tint };
         PrincipledLobes { set, eta, facets: Microfacet::new(Ggx, alpha), coat }
+    }
+}
+
+/// The index of refraction that reflects 0.08·specular at normal incidence.
+fn eta_of(specular: f32) -> f32 {
+    2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0
+}
+
+fn alpha_of(roughness: f32) -> f32 {
+    (roughness * roughness).max(1e-3)
+}
+
+impl PrincipledLobes {
+    /// The same with other shares: metallic, roughness and specular.
+    fn with(mut self, shares: Rgb) -> PrincipledLobes {
+        let [metallic, roughness, specular] = shares.clamp(Rgb::ZERO, Rgb::ONE).to_array();
+        (self.set.metallic, self.set.roughness, self.eta) = (metallic, roughness, eta_of(specular));
+        self.facets = Microfacet::new(Ggx, alpha_of(roughness));
+        self
     }
 }
 

@@ -1,5 +1,6 @@
 //! OpenEXR files: one part, 32-bit floats, layers as prefixes of the channels' names.
 
+mod colours;
 mod read;
 #[cfg(test)]
 mod tests;

@@ -66,6 +66,7 @@ fn principled(roughness: f32) -> BsdfModel {
         clearcoat_gloss: 0.3,
         sheen: 0.5,
         sheen_tint: 0.6,
+        ..PrincipledParameters::default()
     }))
 }
 

@@ -1,13 +1,13 @@
 //! Materials, ready for rendering: scattering with its textures, emission, and what is seen through.
 
 use crate::Result;
-use crate::bsdf::{Bsdf, BsdfModel, CoatTables, color_textures};
+use crate::bsdf::{Bsdf, BsdfModel, CoatTables, color_textures, share_textures};
 use crate::embree::OpacityTest;
 use crate::geometry::Mesh;
 use crate::light::EmitterPattern;
 use crate::math::{Rgb, rng::mix};
 use crate::scene::description::MaterialDescription;
-use crate::texture::{ColorTexture, Relief, ScalarTexture, Texture, TextureCache, TextureMap};
+use crate::texture::{ColorTexture, Relief, ScalarMap, ScalarTexture, Texture, TextureCache, TextureMap};
 use std::sync::Arc;
 
 /// A material of the scene.
@@ -22,6 +22,8 @@ pub(crate) struct Material {
     maps: [Option<TextureMap>; 2],
     /// Whether the colour is to be multiplied by that of the mesh's vertices.
     of_vertices: [bool; 2],
+    /// Components of the second colour that come from pictures.
+    shares: [Option<ScalarMap>; 3],
     opacity: Opacity,
     relief: Option<Relief>,
     /// Times the picture, where there is one.
@@ -38,8 +40,7 @@ pub(crate) struct Material {
 #[derive(Clone, Copy, Debug)]
 enum Opacity {
     Constant(f32),
-    Image(TextureMap),
-    Luminance(TextureMap),
+    Map(ScalarMap),
 }
 
 impl Material {
@@ -62,14 +63,19 @@ impl Material {
         let opacity = match &description.opacity {
             None => Opacity::Constant(1.0),
             Some(ScalarTexture::Constant(share)) => Opacity::Constant(*share),
-            Some(ScalarTexture::Image(image)) => Opacity::Image(cache.resolve(image)?),
-            Some(ScalarTexture::Luminance(image)) => Opacity::Luminance(cache.resolve(image)?),
+            Some(texture) => ScalarMap::new(texture, cache)?.map_or(Opacity::Constant(1.0), Opacity::Map),
         };
         let relief = description.relief.as_ref().map(|texture| Relief::new(texture, cache)).transpose()?;
         let emission_map = description.emission_map.as_ref().map(|image| cache.resolve(image)).transpose()?;
         let emission_peak = emission_map.map_or(1.0, |map| map.peak(cache.textures()));
         let model = BsdfModel::new(&description.bsdf, description.two_sided, coats)?;
-        let textured = maps.iter().any(Option::is_some) || of_vertices.contains(&true);
+        let mut shares = [None; 3];
+        for (k, (number, map)) in share_textures(&description.bsdf).into_iter().flatten().enumerate() {
+            colors[1][k] = number;
+            shares[k] = map.map(|map| ScalarMap::new(&map, cache)).transpose()?.flatten();
+        }
+        let has_pictures = maps.iter().any(Option::is_some) || shares.iter().any(Option::is_some);
+        let textured = has_pictures || of_vertices.contains(&true);
         Ok(Material {
             plain: model.is_diffuse() && !textured && relief.is_none(),
             model,
@@ -77,6 +83,7 @@ impl Material {
             textured,
             maps,
             of_vertices,
+            shares,
             opacity,
             relief,
             emission: description.emission,
@@ -112,7 +119,11 @@ impl Material {
             None if self.of_vertices[k] => self.colors[k] * vertex_color(),
             None => self.colors[k],
         };
-        [color(0), color(1)]
+        let mut colors = [color(0), color(1)];
+        for (k, share) in self.shares.iter().enumerate() {
+            colors[1][k] = share.map_or(colors[1][k], |share| share.value(textures, uv));
+        }
+        colors
     }
 
     /// Radiance emitted to the front, or to the back, at the texture coordinates `uv`.
@@ -146,7 +157,7 @@ impl Material {
     fn emission_texels(&self, textures: &[Texture], uvs: [[f32; 2]; 3]) -> f64 {
         let opacity = match self.opacity {
             Opacity::Constant(_) => None,
-            Opacity::Image(map) | Opacity::Luminance(map) => Some(map),
+            Opacity::Map(scalar) => Some(scalar.map),
         };
         let texels = [opacity, self.emission_map].into_iter().flatten().map(|map| map.texels_between(textures, uvs));
         texels.fold(1.0, f64::max)
@@ -170,8 +181,7 @@ impl Material {
     fn opacity(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
         let share = match self.opacity {
             Opacity::Constant(share) => share,
-            Opacity::Image(map) => map.scalar(textures, uv),
-            Opacity::Luminance(map) => map.stored_luminance(textures, uv),
+            Opacity::Map(map) => map.value(textures, uv),
         };
         if share < 1.0 { share.max(0.0) } else { 1.0 }
     }
@@ -187,8 +197,7 @@ impl Material {
     fn is_opaque(&self, textures: &[Texture]) -> bool {
         match self.opacity {
             Opacity::Constant(share) => share >= 1.0,
-            Opacity::Image(map) => textures[map.index].is_opaque(),
-            Opacity::Luminance(_) => false,
+            Opacity::Map(map) => map.is_one(textures),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::assets::LoadedAssets;
 use super::description::MaterialDescription;
-use crate::fields::each_texture;
+use crate::fields::{each_share, each_texture};
 use crate::math::Rgb;
 use crate::texture::{ColorTexture, ScalarTexture, TextureCache};
 use crate::{Error, Result};
@@ -52,9 +52,12 @@ impl Reading<'_> {
                 *color = ColorTexture::Constant(image.tint * 0.5);
             }
         });
-        if let Some(ScalarTexture::Image(image) | ScalarTexture::Luminance(image)) = &material.opacity
-            && self.fails(&image.path, name)
-        {
+        each_share(&mut material.bsdf, |_, map| {
+            if self.scalar_fails(map.as_ref(), name) {
+                *map = None;
+            }
+        });
+        if self.scalar_fails(material.opacity.as_ref(), name) {
             material.opacity = None;
         }
         if let Some(relief) = &material.relief
@@ -68,6 +71,10 @@ impl Reading<'_> {
         {
             (material.emission, material.emission_map) = (Rgb::ZERO, None);
         }
+    }
+
+    fn scalar_fails(&mut self, texture: Option<&ScalarTexture>, name: &str) -> bool {
+        texture.and_then(ScalarTexture::image).is_some_and(|image| self.fails(&image.path, name))
     }
 
     /// Whether the picture of the material `name` cannot be used; that is noted.

@@ -27,9 +27,23 @@ pub enum ScalarTexture {
     Image(ImageTexture),
     /// The luminance as stored, whatever the alpha channel says.
     Luminance(ImageTexture),
+    /// Red (0), green (1) or blue (2) as stored.
+    Channel(ImageTexture, usize),
 }
 
-/// A picture on a surface. v points up: (0, 0) is the lower left corner. Outside of [0, 1) it repeats.
+impl ScalarTexture {
+    /// The picture, where there is one.
+    pub(crate) fn image(&self) -> Option<&ImageTexture> {
+        match self {
+            ScalarTexture::Constant(_) => None,
+            ScalarTexture::Image(image) | ScalarTexture::Luminance(image) | ScalarTexture::Channel(image, _) => {
+                Some(image)
+            }
+        }
+    }
+}
+
+/// A picture on a surface. v points up: (0, 0) is the lower left corner. Outside of [0, 1) it repeats, unless it is clamped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageTexture {
     pub(crate) path: PathBuf,
@@ -41,6 +55,15 @@ pub struct ImageTexture {
     pub(crate) nearest: bool,
     /// Multiplies the picture.
     pub(crate) tint: Rgb,
+    /// The picture does not repeat: its edge goes on.
+    pub(crate) clamp: bool,
+}
+
+impl ImageTexture {
+    /// The whole picture once over the unit square.
+    pub(crate) fn new(path: PathBuf) -> ImageTexture {
+        ImageTexture { path, scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE, clamp: false }
+    }
 }
 
 /// A picture that turns the normals of a surface.

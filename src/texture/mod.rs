@@ -6,6 +6,7 @@
 mod description;
 mod glow;
 mod relief;
+mod scalar;
 #[cfg(test)]
 mod tests;
 mod texels;
@@ -21,6 +22,7 @@ use texels::{Summary, Texels};
 
 pub use description::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
 pub(crate) use relief::{Relief, Tangents};
+pub(crate) use scalar::ScalarMap;
 
 /// A picture in memory as it was stored in its file: 1 to 4 channels of 8 or 16 bits, or of floats.
 #[derive(Clone, Debug)]
@@ -105,6 +107,12 @@ impl Texture {
         [self.texels.width, self.texels.height]
     }
 
+    #[inline(never)]
+    fn within(&self, uv: [f32; 2]) -> [f32; 2] {
+        let half = self.size().map(|side| 0.5 / side as f32);
+        [0, 1].map(|i| uv[i].clamp(half[i], 1.0 - half[i]))
+    }
+
     fn interpolate<T>(&self, uv: [f32; 2], nearest: bool, texel: impl Fn(usize, usize) -> T) -> T
     where
         T: Copy + std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<f32, Output = T>,
@@ -150,32 +158,33 @@ pub(crate) struct TextureMap {
     offset: [f32; 2],
     nearest: bool,
     tint: Rgb,
+    clamp: bool,
 }
 
 impl TextureMap {
     /// Linear colour at the surface's `uv`, times the tint. `textures` as of [`TextureCache::into_textures`].
     pub(crate) fn color(&self, textures: &[Texture], uv: [f32; 2]) -> Rgb {
-        textures[self.index].color(self.picture_uv(uv), self.nearest) * self.tint
+        textures[self.index].color(self.clamped_uv(textures, uv), self.nearest) * self.tint
     }
 
     /// [`Texture::scalar`] at the surface's `uv`, times the luminance of the tint.
     pub(crate) fn scalar(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
-        textures[self.index].scalar(self.picture_uv(uv), self.nearest) * texels::grey(self.tint)
+        textures[self.index].scalar(self.clamped_uv(textures, uv), self.nearest) * texels::grey(self.tint)
     }
 
     /// [`Texture::stored_luminance`] at the surface's `uv`, times the luminance of the tint.
     pub(crate) fn stored_luminance(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
-        textures[self.index].stored_luminance(self.picture_uv(uv), self.nearest) * texels::grey(self.tint)
+        textures[self.index].stored_luminance(self.clamped_uv(textures, uv), self.nearest) * texels::grey(self.tint)
     }
 
     /// The values as they are stored at the surface's `uv`.
     fn stored_color(&self, textures: &[Texture], uv: [f32; 2]) -> Rgb {
-        textures[self.index].stored_color(self.picture_uv(uv), self.nearest)
+        textures[self.index].stored_color(self.clamped_uv(textures, uv), self.nearest)
     }
 
     /// As of [`Texture::steps`] at the surface's `uv`, along the picture's own coordinates, times the luminance of the tint.
     fn steps(&self, textures: &[Texture], uv: [f32; 2]) -> [f32; 2] {
-        textures[self.index].steps(self.picture_uv(uv)).map(|step| step * texels::grey(self.tint))
+        textures[self.index].steps(self.clamped_uv(textures, uv)).map(|step| step * texels::grey(self.tint))
     }
 
     /// Mean linear colour of the picture, times the tint.
@@ -190,6 +199,10 @@ impl TextureMap {
 
     /// Whether the picture is black between these texture coordinates of the surface; `false` where that is not known.
     pub(crate) fn is_black_between(&self, textures: &[Texture], uvs: [[f32; 2]; 3]) -> bool {
+        // the texels that a clamped picture shows are not those of the coordinates
+        if self.clamp {
+            return false;
+        }
         let texture = &textures[self.index];
         let glow = texture.glow.get_or_init(|| GlowMap::new(&texture.texels));
         glow.is_black_between(&uvs.map(|uv| self.picture_uv(uv)))
@@ -201,6 +214,18 @@ impl TextureMap {
         let [width, height] = textures[self.index].size();
         let texels = 0.5 * (b - a).perp_dot(c - a).abs() * (width * height) as f64;
         if texels.is_finite() { texels } else { 1.0 }
+    }
+
+    /// Red (0), green (1) or blue (2) as stored at the surface's `uv`, times the luminance of the tint.
+    pub(crate) fn stored_channel(&self, textures: &[Texture], uv: [f32; 2], channel: usize) -> f32 {
+        self.stored_color(textures, uv)[channel] * texels::grey(self.tint)
+    }
+
+    /// Coordinates of the picture; of one that does not repeat, those of the nearest place between the centres of its outer texels.
+    #[inline]
+    fn clamped_uv(&self, textures: &[Texture], uv: [f32; 2]) -> [f32; 2] {
+        let moved = self.picture_uv(uv);
+        if self.clamp { textures[self.index].within(moved) } else { moved }
     }
 
     fn picture_uv(&self, uv: [f32; 2]) -> [f32; 2] {
@@ -241,8 +266,8 @@ impl TextureCache {
     /// # Errors
     /// As of [`TextureCache::get`].
     pub(crate) fn resolve(&mut self, image: &ImageTexture) -> Result<TextureMap> {
-        let &ImageTexture { ref path, scale, offset, nearest, tint } = image;
-        Ok(TextureMap { index: self.get(path)?, scale, offset, nearest, tint })
+        let &ImageTexture { ref path, scale, offset, nearest, tint, clamp } = image;
+        Ok(TextureMap { index: self.get(path)?, scale, offset, nearest, tint, clamp })
     }
 
     /// The textures loaded so far, by index.

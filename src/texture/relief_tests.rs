@@ -10,7 +10,11 @@ fn texture(width: usize, height: usize, texel: impl Fn(usize, usize) -> [u8; 3])
 }
 
 fn relief(kind: ReliefKind, strength: f32, scale: [f32; 2]) -> Relief {
-    Relief { map: TextureMap { index: 0, scale, offset: [0.0; 2], nearest: false, tint: Rgb::ONE }, kind, strength }
+    Relief {
+        map: TextureMap { index: 0, scale, offset: [0.0; 2], nearest: false, tint: Rgb::ONE, clamp: false },
+        kind,
+        strength,
+    }
 }
 
 /// x as wide as 1 and y as wide as 2 in texture coordinates; a shear and a mirroring besides.
@@ -109,7 +113,7 @@ fn the_cache_decides_once_what_a_picture_is() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");
     image::RgbImage::from_pixel(2, 2, image::Rgb([128, 128, 255])).save(&path).unwrap();
-    let image = ImageTexture { path, scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE };
+    let image = ImageTexture { path, scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE, clamp: false };
     let texture = ReliefTexture { image, kind: ReliefKind::NormalsOrTexelHeights, strength: 1.0 };
     assert_eq!(Relief::new(&texture, &mut TextureCache::default()).unwrap().kind, ReliefKind::Normals);
 }

@@ -179,8 +179,14 @@ fn a_map_scales_offsets_and_tints() {
     let (folder, path) = place_for("picture.png");
     RgbImage::from_fn(3, 2, |x, y| image::Rgb(stored(x, y))).save(&path).unwrap();
     let mut cache = TextureCache::default();
-    let plain =
-        ImageTexture { path: path.clone(), scale: [1.0, 1.0], offset: [0.0, 0.0], nearest: true, tint: Rgb::ONE };
+    let plain = ImageTexture {
+        path: path.clone(),
+        scale: [1.0, 1.0],
+        offset: [0.0, 0.0],
+        nearest: true,
+        tint: Rgb::ONE,
+        clamp: false,
+    };
     let tint = Rgb::new(0.5, 2.0, 0.0);
     let changed = ImageTexture {
         // The same file by another name.
@@ -189,6 +195,7 @@ fn a_map_scales_offsets_and_tints() {
         offset: [0.25, 0.5],
         nearest: false,
         tint,
+        clamp: false,
     };
     let [plain, changed] = [plain, changed].map(|image| cache.resolve(&image).unwrap());
     assert_eq!((plain.index, changed.index, cache.textures().len()), (0, 0, 1));
@@ -325,8 +332,10 @@ fn black_parts_of_a_picture_are_known() {
     let mut picture = RgbImage::new(75, 40);
     picture.put_pixel(50, 9, image::Rgb([0, 9, 0]));
     let texture = through_file(picture);
-    let (map, textures) =
-        (TextureMap { index: 0, scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE }, [texture]);
+    let (map, textures) = (
+        TextureMap { index: 0, scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE, clamp: false },
+        [texture],
+    );
     let mut rng = crate::math::rng::Rng::new(3);
     let (mut dark, mut lit) = (0, 0);
     for _ in 0..400 {

@@ -234,3 +234,43 @@ fn reliefs_look_alike_however_light_is_found() {
         }
     }
 }
+
+/// Numbers of a material from a picture are those numbers: rough and smooth, metal and not, in a scene file and a library.
+#[test]
+fn numbers_of_a_material_come_from_pictures() {
+    let scene = format!("{SKY}[material.a]\ntype = 'principled'\nbase_color = [0.8, 0.5, 0.2]\n");
+    let mean = |folder: &TempDir| {
+        image::RgbImage::from_pixel(2, 2, image::Rgb([51, 102, 153])).save(folder.path().join("n.png")).unwrap();
+        let mut loaded = loaded(folder);
+        loaded.settings.render.spp = 512;
+        halves(&loaded)[0]
+    };
+    let picture = |channel: &str| format!("{{ texture = 'n.png', channel = '{channel}' }}");
+    let keys = |r: &str, m: &str| format!("{scene}roughness = {r}\nmetallic = {m}\n");
+    let by_pictures = mean(&square(&keys(&picture("green"), &picture("blue")), ""));
+    let by_numbers = mean(&square(&keys("0.4", "0.6"), ""));
+    for (a, b) in by_pictures.into_iter().zip(by_numbers) {
+        assert!((a - b).abs() < 1e-6, "{by_pictures:?} is not {by_numbers:?}");
+    }
+    let others = mean(&square(&keys(&picture("red"), "0"), ""));
+    assert!((others[0] - by_numbers[0]).abs() > 0.02, "{others:?} is {by_numbers:?}");
+    let library = "Kd 0.8 0.5 0.2\nmap_Pr -imfchan g n.png\nmap_Pm -imfchan b n.png\n";
+    let by_library = mean(&square(SKY, library));
+    for (a, b) in by_library.into_iter().zip(by_numbers) {
+        assert!((a - b).abs() < 1e-6, "{by_library:?} is not {by_numbers:?}");
+    }
+}
+
+/// `-clamp on` lets the edge of a picture go on where it would repeat.
+#[test]
+fn clamped_pictures_do_not_repeat() {
+    for (option, wanted) in [("-clamp on", [1.0, 0.0, 0.0]), ("-clamp off", [0.0, 0.0, 1.0])] {
+        // all of the surface is to the right of the picture
+        let folder = square(SKY, &format!("Kd 1 1 1\nmap_Kd {option} -s 0.01 1 1 -o 1.25 0 0 t.png\n"));
+        let color = |x: u32, _| image::Rgb(if x == 1 { [255, 0, 0] } else { [0, 0, 255] });
+        image::RgbImage::from_fn(2, 1, color).save(folder.path().join("t.png")).unwrap();
+        let found = halves(&loaded(&folder))[0];
+        assert!(found.iter().zip(wanted).all(|(a, b): (&f64, f64)| (a - b).abs() < 0.05), "{option}: {found:?}");
+        assert_eq!(warnings(&folder), [""; 0]);
+    }
+}

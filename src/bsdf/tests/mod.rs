@@ -11,9 +11,9 @@ use super::*;
 use crate::bsdf::MicrofacetDistribution::{self, Beckmann, Ggx};
 use crate::bsdf::{
     BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, DiffuseTransmitterParameters,
-    NullParameters, PlasticParameters, PrincipledParameters,
+    NullParameters, PlasticParameters, PrincipledMaps, PrincipledParameters,
 };
-use crate::texture::ColorTexture;
+use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 
 const WHITE: ColorTexture = ColorTexture::Constant(Rgb::ONE);
 
@@ -131,6 +131,7 @@ const TILES: PrincipledParameters = PrincipledParameters {
     clearcoat_gloss: 0.0,
     sheen: 0.0,
     sheen_tint: 0.0,
+    maps: PrincipledMaps::NONE,
 };
 
 /// Every lobe of the principled model at once.
@@ -144,6 +145,7 @@ const ALL_LOBES: PrincipledParameters = PrincipledParameters {
     clearcoat_gloss: 0.3,
     sheen: 0.5,
     sheen_tint: 0.6,
+    maps: PrincipledMaps::NONE,
 };
 
 /// Every kind with smooth lobes.
@@ -162,7 +164,16 @@ fn smooth_materials() -> Vec<Material> {
     all.push(plastic(Ggx, 0.1, false, Rgb::new(1.0, 0.5, 0.2)));
     all.push(principled(TILES));
     all.push(principled(ALL_LOBES));
+    all.push(textured_principled(Rgb::new(0.6, 0.45, 0.3)));
     all
+}
+
+/// Numbers of every lobe from pictures, which say this of metallic, roughness and specular.
+fn textured_principled(shares: Rgb) -> Material {
+    let picture = || Some(ScalarTexture::Luminance(ImageTexture::new("a.png".into())));
+    let maps = PrincipledMaps { metallic: picture(), roughness: picture(), specular: None };
+    let set = PrincipledParameters { maps, ..ALL_LOBES };
+    Material::new("textured principled", set.into(), true).colored(Rgb::new(0.8, 0.4, 0.1), shares)
 }
 
 /// Every kind that is all delta.

@@ -91,3 +91,17 @@ fn smooth_lobes_have_the_values_of_mitsuba() {
         assert!(off < tolerance, "{} {wo} {wi}: {got}, not {value}", material.name);
     }
 }
+
+/// Numbers from pictures are the numbers, wherever they come from.
+#[test]
+fn shares_from_pictures_are_shares() {
+    let constant = principled(PrincipledParameters { metallic: 0.6, roughness: 0.45, specular: 0.3, ..ALL_LOBES });
+    let textured = textured_principled(Rgb::new(0.6, 0.45, 0.3));
+    for (wo, wi) in [(polar(0.4, 1.0), polar(0.7, 3.0)), (polar(1.2, 2.0), polar(0.1, 0.0))] {
+        assert_eq!(textured.bsdf().eval_pdf(wo, wi), constant.bsdf().eval_pdf(wo, wi));
+        assert_eq!(textured.bsdf().albedo(wo), constant.bsdf().albedo(wo));
+    }
+    // what no picture may say is brought into range
+    let beyond = textured_principled(Rgb::new(7.0, -1.0, f32::INFINITY)).bsdf().albedo(Vec3::Z);
+    assert!(beyond.is_finite());
+}

@@ -5,7 +5,7 @@ use crate::fields::{Choice, FieldVisitor, Fields};
 use crate::math::Rgb;
 use crate::scene::description::MaterialDescription;
 use crate::scene::{DescribedMaterial, MaterialSource};
-use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
+use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
 use glam::{Affine3A, DVec3, Vec3};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -55,8 +55,12 @@ fn all_values(material: &MaterialDescription) -> Vec<(&'static str, Value)> {
     let mut all = values(&mut material.bsdf.clone());
     all.push(("two_sided", json!(material.two_sided)));
     all.push(("opacity", material.opacity.as_ref().map_or(json!(1.0), scalar)));
-    all.push(("emission", rgb(material.emission)));
+    all.push((
+        "emission",
+        material.emission_map.as_ref().map_or(rgb(material.emission), |map| glow(material.emission, map)),
+    ));
     all.push(("emission_two_sided", json!(material.emission_two_sided)));
+    all.extend(material.relief.iter().map(relief));
     all
 }
 
@@ -68,9 +72,12 @@ pub(super) fn pictures(material: &MaterialDescription) -> Vec<PathBuf> {
             found.push(image.path.clone());
         }
     });
-    if let Some(ScalarTexture::Image(image) | ScalarTexture::Luminance(image)) = &material.opacity {
-        found.push(image.path.clone());
-    }
+    crate::fields::each_share(&mut material.bsdf.clone(), |_, map| {
+        found.extend(map.as_ref().and_then(ScalarTexture::image).map(|image| image.path.clone()));
+    });
+    let opacity = material.opacity.as_ref().and_then(ScalarTexture::image);
+    let others = opacity.into_iter().chain(&material.emission_map).chain(material.relief.iter().map(|r| &r.image));
+    found.extend(others.map(|image| image.path.clone()));
     found
 }
 
@@ -88,21 +95,44 @@ fn rgb(color: Rgb) -> Value {
 }
 
 fn image(image: &ImageTexture) -> Value {
-    let ImageTexture { path, scale, offset, nearest, tint } = image;
+    let ImageTexture { path, scale, offset, nearest, tint, clamp } = image;
     json!({ "texture": path.display().to_string(), "scale": numbers(*scale), "offset": numbers(*offset),
-            "nearest": nearest, "tint": rgb(*tint) })
+            "nearest": nearest, "clamp": clamp, "tint": rgb(*tint) })
+}
+
+/// Radiance where the picture is white, with the picture.
+fn glow(emission: Rgb, map: &ImageTexture) -> Value {
+    let mut value = image(map);
+    value["tint"] = rgb(emission);
+    value
+}
+
+/// What turns the normals.
+fn relief(relief: &ReliefTexture) -> (&'static str, Value) {
+    let (key, strength) = match relief.kind {
+        ReliefKind::Normals => ("normal_map", "strength"),
+        ReliefKind::Heights => ("bump_map", "height"),
+        ReliefKind::TexelHeights => ("bump_map", "height_in_texels"),
+        ReliefKind::NormalsOrTexelHeights => ("normal_or_bump_map", "strength"),
+    };
+    let mut value = image(&relief.image);
+    value[strength] = number(relief.strength);
+    (key, value)
 }
 
 fn scalar(texture: &ScalarTexture) -> Value {
     match texture {
         ScalarTexture::Constant(value) => number(*value),
         ScalarTexture::Image(picture) => image(picture),
-        ScalarTexture::Luminance(picture) => {
-            let mut value = image(picture);
-            value["channel"] = json!("luminance");
-            value
-        }
+        ScalarTexture::Luminance(picture) => of_channel(picture, "luminance"),
+        ScalarTexture::Channel(picture, channel) => of_channel(picture, ["red", "green", "blue"][*channel]),
     }
+}
+
+fn of_channel(picture: &ImageTexture, channel: &str) -> Value {
+    let mut value = image(picture);
+    value["channel"] = json!(channel);
+    value
 }
 
 /// Keys and values in the order of the fields.
@@ -125,6 +155,10 @@ impl FieldVisitor for Listing {
 
     fn number(&mut self, key: Key, _: Bounds, slot: &mut f32) -> Result<(), Infallible> {
         self.add(key, number(*slot))
+    }
+
+    fn share(&mut self, key: Key, constant: &mut f32, map: &mut Option<ScalarTexture>) -> Result<(), Infallible> {
+        self.add(key, map.as_ref().map_or_else(|| number(*constant), scalar))
     }
 
     fn color(&mut self, key: Key, _: Bounds, slot: &mut Rgb) -> Result<(), Infallible> {

@@ -1,11 +1,11 @@
 //! Reads the fields of BSDFs and lights from the keys of a table.
 
-use super::textures::color;
+use super::textures::{color, share};
 use super::world::{affine, unit};
 use crate::document::{Bounds, COORDINATE, FINITE, Fault, Key, Reader};
 use crate::fields::{Choice, FieldVisitor};
 use crate::math::Rgb;
-use crate::texture::ColorTexture;
+use crate::texture::{ColorTexture, ScalarTexture};
 use glam::{Affine3A, DMat3, DVec3, Vec3, Vec3A};
 use std::path::{Path, PathBuf};
 
@@ -24,6 +24,10 @@ impl FieldVisitor for KeyReader<'_> {
 
     fn number(&mut self, key: Key, bounds: Bounds, slot: &mut f32) -> Result<(), Fault> {
         self.table.number(key, bounds, slot)
+    }
+
+    fn share(&mut self, key: Key, number: &mut f32, map: &mut Option<ScalarTexture>) -> Result<(), Fault> {
+        share(self.table, key, self.base, number, map)
     }
 
     fn color(&mut self, key: Key, bounds: Bounds, slot: &mut Rgb) -> Result<(), Fault> {

@@ -1,6 +1,6 @@
 //! Colours and numbers that a picture may replace.
 
-use crate::document::{FINITE, Fault, Key, NOT_NEGATIVE, Reader, UNIT, Value, key};
+use crate::document::{FINITE, Fault, Key, NOT_NEGATIVE, Node, Reader, UNIT, Value, key};
 use crate::math::Rgb;
 use crate::scene::description::MaterialDescription;
 use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
@@ -153,20 +153,48 @@ pub(in crate::format) fn scalar(
     let key = key.into();
     let Some(node) = t.ask(key.optional(), "number or texture", "", UNIT.range())? else { return Ok(()) };
     *slot = Some(match &node.value {
-        Value::Table(_) => {
-            let (current, mut channel) = match slot {
-                Some(ScalarTexture::Image(image)) => (Some(image.clone()), Channel::Alpha),
-                Some(ScalarTexture::Luminance(image)) => (Some(image.clone()), Channel::Luminance),
-                _ => (None, Channel::Alpha),
-            };
-            let mut t = Reader::new(texture_label(t, key.name), node)?;
-            let image = scalar_image(&mut t, current, &mut channel, base)?;
-            channel.of(finish(t, image)?)
-        }
+        Value::Table(_) => scalar_table(t, key, node, base, slot.as_ref(), Channel::Alpha)?,
         Value::Integer(_) | Value::Float(_) => ScalarTexture::Constant(node.number(key.name, UNIT)?),
         _ => return Err(node.mismatch(key.name, "a number or { texture = \"file\" }")),
     });
     Ok(())
+}
+
+/// A number in [0, 1], or `{ texture = … }` in its place.
+pub(in crate::format) fn share(
+    t: &mut Reader,
+    key: Key,
+    base: &Path,
+    number: &mut f32,
+    map: &mut Option<ScalarTexture>,
+) -> Result<(), Fault> {
+    let Some(node) = t.ask(key, "number or texture", number.to_string(), UNIT.range())? else { return Ok(()) };
+    match &node.value {
+        Value::Table(_) => *map = Some(scalar_table(t, key, node, base, map.as_ref(), Channel::Luminance)?),
+        Value::Integer(_) | Value::Float(_) => (*number, *map) = (node.number(key.name, UNIT)?, None),
+        _ => return Err(node.mismatch(key.name, "a number or { texture = \"file\" }")),
+    }
+    Ok(())
+}
+
+/// The table of a picture of numbers; `usual` is which of them counts where nothing says so.
+fn scalar_table(
+    t: &Reader,
+    key: Key,
+    node: Node,
+    base: &Path,
+    current: Option<&ScalarTexture>,
+    usual: Channel,
+) -> Result<ScalarTexture, Fault> {
+    let mut channel = match current {
+        Some(ScalarTexture::Image(_)) => Channel::Alpha,
+        Some(ScalarTexture::Luminance(_)) => Channel::Luminance,
+        Some(ScalarTexture::Channel(_, channel)) => Channel::Color(*channel),
+        _ => usual,
+    };
+    let mut t = Reader::new(texture_label(t, key.name), node)?;
+    let image = scalar_image(&mut t, current.and_then(ScalarTexture::image).cloned(), &mut channel, base)?;
+    Ok(channel.of(finish(t, image)?))
 }
 
 /// Which number of a picture counts.
@@ -174,6 +202,8 @@ pub(in crate::format) fn scalar(
 pub(in crate::format) enum Channel {
     Alpha,
     Luminance,
+    /// Red, green or blue.
+    Color(usize),
 }
 
 impl Channel {
@@ -181,6 +211,7 @@ impl Channel {
         match self {
             Channel::Alpha => ScalarTexture::Image(image),
             Channel::Luminance => ScalarTexture::Luminance(image),
+            Channel::Color(channel) => ScalarTexture::Channel(image, channel),
         }
     }
 }
@@ -191,10 +222,16 @@ pub(in crate::format) fn scalar_image(
     channel: &mut Channel,
     base: &Path,
 ) -> Result<ImageTexture, Fault> {
-    let channels = [("alpha", Channel::Alpha), ("luminance", Channel::Luminance)];
+    let channels = [
+        ("alpha", Channel::Alpha),
+        ("luminance", Channel::Luminance),
+        ("red", Channel::Color(0)),
+        ("green", Channel::Color(1)),
+        ("blue", Channel::Color(2)),
+    ];
     let image = image(t, current, base)?;
-    let meaning = "of the picture: its alpha channel (its luminance where it has none), or its luminance, both as stored, not \
-                   decoded from sRGB";
+    let meaning = "of the picture: its alpha channel (its luminance where it has none), its luminance or one of its colours, as \
+                   stored, not decoded from sRGB; `\"alpha\"` of an `opacity`, `\"luminance\"` elsewhere";
     t.choice(key("channel", meaning), &channels, channel)?;
     Ok(image)
 }
@@ -226,19 +263,16 @@ fn image(t: &mut Reader, current: Option<ImageTexture>, base: &Path) -> Result<I
     let file = key("texture", PICTURE);
     let file = if current.is_none() { file.required() } else { file };
     let mut image = match t.path(file, base)? {
-        Some(path) => plain(&path),
-        None => current.unwrap_or_else(|| plain(base)),
+        Some(path) => ImageTexture::new(path),
+        None => current.unwrap_or_else(|| ImageTexture::new(base.to_path_buf())),
     };
     let scale = key("scale", "multiplies texture coordinates; v points up, (0, 0) is the lower left corner");
     pair(t, scale, "1", &mut image.scale)?;
-    let offset = key("offset", "is then added; outside of 0 to 1 the picture repeats");
+    let offset = key("offset", "is then added; outside of 0 to 1 the picture repeats, unless `clamp`");
     pair(t, offset, "0", &mut image.offset)?;
+    t.flag(key("clamp", "the picture does not repeat: its edge goes on"), &mut image.clamp)?;
     t.flag(key("nearest", "nearest texel instead of bilinear interpolation"), &mut image.nearest)?;
     Ok(image)
-}
-
-fn plain(path: &Path) -> ImageTexture {
-    ImageTexture { path: path.to_path_buf(), scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE }
 }
 
 /// `[u, v]`, or one number for both.

@@ -44,7 +44,7 @@ fn unknown_keys_and_values_are_refused_with_a_suggestion() {
         (
             "[material.A]\ntype = 'diffuse'\nopacity = { texture = 'a.png', tint = 1 }",
             "3:32: unknown key `tint` in `opacity` of [material.A]: known are `texture`, `scale`, \
-             `offset`, `nearest` and `channel`",
+             `offset`, `clamp`, `nearest` and `channel`",
         ),
         (
             "# é\n[film]\n\"é\" = 0 ",

@@ -100,7 +100,7 @@ fn the_whole_file_s_materials_are_read() {
     let BsdfDescription::Plastic(PlasticParameters { reflectance, alpha, .. }) = &floor.bsdf else { panic!() };
     let path = Path::new("dir/tex/wood.png").to_path_buf();
     let (scale, offset, nearest, tint) = ([3.0; 2], [0.0; 2], true, Rgb::ONE);
-    let image = ImageTexture { path, scale, offset, nearest, tint };
+    let image = ImageTexture { path, scale, offset, nearest, tint, clamp: false };
     assert_eq!((reflectance, *alpha), (&ColorTexture::Image(image), 0.3));
     let BsdfDescription::Conductor(ConductorParameters { eta_k, .. }) = scene.materials["Gold"].bsdf else { panic!() };
     assert_eq!(eta_k, Some((Rgb::new(0.2, 0.9, 1.1), Rgb::new(3.9, 2.4, 2.1))));

@@ -139,13 +139,13 @@ fn chunks_of_a_png_say_what_its_values_mean_in_the_order_of_the_specification() 
     let squared = profile(&with_curve(ToneReprCurve::Lut(vec![512])));
     let cases: [(&[_], f32); 12] = [
         (&[], of_srgb),
-        (&[linear.clone()], v),
+        (std::slice::from_ref(&linear), v),
         (&[gamma(45_455)], of_srgb),
         (&[gamma(50_000)], v * v),
         (&[intent.clone(), linear.clone()], of_srgb),
-        (&[linear_profile.clone()], v),
+        (std::slice::from_ref(&linear_profile), v),
         (&[srgb_profile.clone(), linear.clone()], of_srgb),
-        (&[squared.clone()], v * v),
+        (std::slice::from_ref(&squared), v * v),
         (&[linear_profile.clone(), gamma(45_455)], v),
         (&[points(8), srgb_profile.clone()], v),
         (&[points(13), linear.clone()], of_srgb),

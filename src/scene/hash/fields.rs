@@ -26,12 +26,7 @@ impl CanonicalFields<'_> {
         self.canon.flag(*two_sided);
         match opacity {
             None => self.canon.u32(0),
-            Some(ScalarTexture::Constant(share)) => {
-                self.canon.u32(1);
-                self.canon.floats([*share]);
-            }
-            Some(ScalarTexture::Image(image)) => self.image(2, image)?,
-            Some(ScalarTexture::Luminance(image)) => self.image(3, image)?,
+            Some(texture) => self.scalar(texture)?,
         }
         self.canon.vector(*emission);
         self.canon.flag(*emission_two_sided);
@@ -48,14 +43,30 @@ impl CanonicalFields<'_> {
         self.image(9, image)
     }
 
+    fn scalar(&mut self, texture: &ScalarTexture) -> Result<()> {
+        match texture {
+            ScalarTexture::Constant(share) => {
+                self.canon.u32(1);
+                self.canon.floats([*share]);
+                Ok(())
+            }
+            ScalarTexture::Image(image) => self.image(2, image),
+            ScalarTexture::Luminance(image) => self.image(3, image),
+            ScalarTexture::Channel(image, channel) => self.image(10 + *channel as u32, image),
+        }
+    }
+
     fn image(&mut self, kind: u32, image: &ImageTexture) -> Result<()> {
-        let ImageTexture { path, scale, offset, nearest, tint } = image;
+        let ImageTexture { path, scale, offset, nearest, tint, clamp } = image;
         self.canon.u32(kind);
         self.canon.u64((self.picture)(path)?);
         self.canon.floats(*scale);
         self.canon.floats(*offset);
         self.canon.flag(*nearest);
         self.canon.vector(*tint);
+        if *clamp {
+            self.canon.u32(1);
+        }
         Ok(())
     }
 }
@@ -71,6 +82,11 @@ impl FieldVisitor for CanonicalFields<'_> {
     fn number(&mut self, _: Key, _: Bounds, slot: &mut f32) -> Result<()> {
         self.canon.floats([*slot]);
         Ok(())
+    }
+
+    fn share(&mut self, _: Key, number: &mut f32, map: &mut Option<ScalarTexture>) -> Result<()> {
+        self.canon.floats([*number]);
+        map.as_ref().map_or(Ok(()), |map| self.scalar(map))
     }
 
     fn color(&mut self, _: Key, _: Bounds, slot: &mut Rgb) -> Result<()> {

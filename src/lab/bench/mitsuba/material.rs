@@ -21,6 +21,9 @@ pub(crate) fn bsdf(material: &MaterialDescription, id: &str) -> Result<Element, 
     if material.emission_two_sided && material.emission != Rgb::ZERO {
         return Err("emission on both sides".into());
     }
+    if crate::bsdf::share_textures(&material.bsdf).is_some() {
+        return Err("numbers from pictures".into());
+    }
     let model = model(&material.bsdf)?;
     let turned = material.two_sided && material.bsdf.bsdf_type().is_opaque();
     let whole = if turned { Element::new("bsdf").kind("twosided").child(model) } else { model };

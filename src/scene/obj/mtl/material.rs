@@ -7,7 +7,7 @@
 
 use super::record::Record;
 use crate::bsdf::{
-    BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, PlasticParameters,
+    BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, PlasticParameters, PrincipledMaps,
     PrincipledParameters,
 };
 use crate::math::Rgb;
@@ -48,11 +48,11 @@ impl Record {
     }
 
     fn opaque(&self) -> BsdfDescription {
-        if self.is_mirror() {
+        if self.is_mirror() && !self.has_share_maps() {
             return self.mirror();
         }
         let metallic = self.metallic_share();
-        let layered = [self.sheen, self.coat].into_iter().any(|share| share > Some(0.0));
+        let layered = [self.sheen, self.coat].into_iter().any(|share| share > Some(0.0)) || self.has_share_maps();
         if metallic == 1.0 && !layered {
             conductor(self.metal_colour(), self.roughness())
         } else if metallic > 0.0 || layered {
@@ -62,6 +62,31 @@ impl Record {
         } else {
             DiffuseParameters { reflectance: self.diffuse_colour() }.into()
         }
+    }
+
+    /// Whether a picture says how rough, metallic or bright the highlight is.
+    fn has_share_maps(&self) -> bool {
+        [&self.metallic_map, &self.roughness_map, &self.exponent_map, &self.specular_map]
+            .into_iter()
+            .any(Option::is_some)
+    }
+
+    /// What it says of pictures that come to nothing, each with the reason.
+    pub(super) fn unused_maps(&self) -> impl Iterator<Item = &'static str> {
+        let glass = self.is_glass();
+        [
+            (glass && self.has_share_maps(), "`map_Ks`, `map_Ns`, `map_Pr` and `map_Pm` are ignored, as it is glass"),
+            (
+                !glass && self.roughness_map.is_some() && self.exponent_map.is_some(),
+                "`map_Ns` is ignored beside `map_Pr`",
+            ),
+            (
+                self.normal_map.is_some() && self.bump_map.is_some(),
+                "`bump` (or `map_Bump`) is ignored beside `norm` (or `map_Kn`)",
+            ),
+        ]
+        .into_iter()
+        .filter_map(|(unused, message)| unused.then_some(message))
     }
 
     /// `Pm`, or what Blender writes for it: `Ka`, grey, beside an illumination model that reflects.
@@ -106,13 +131,22 @@ impl Record {
     /// What is a metal in part, or has a sheen or a coat.
     fn principled(&self, metallic: f32) -> BsdfDescription {
         let principled = PrincipledParameters {
-            base_color: if metallic > 0.0 { self.metal_colour() } else { self.diffuse_colour() },
+            base_color: if metallic > 0.0 || self.metallic_map.is_some() {
+                self.metal_colour()
+            } else {
+                self.diffuse_colour()
+            },
             metallic,
             roughness: self.roughness(),
             specular: self.specular_level(),
             sheen: self.sheen.unwrap_or(0.0),
             clearcoat: self.coat.unwrap_or(0.0),
             clearcoat_gloss: 1.0 - self.coat_roughness.unwrap_or(0.0),
+            maps: PrincipledMaps {
+                metallic: self.metallic_map.clone(),
+                roughness: self.roughness_map.clone().or(self.exponent_map.clone()),
+                specular: self.specular_map.clone(),
+            },
             ..PrincipledParameters::default()
         };
         principled.into()
@@ -193,7 +227,7 @@ impl Record {
             None => (stopped < 1.0).then_some(ScalarTexture::Constant(stopped)),
             Some(map) => {
                 let factor = if stopped > 0.0 { stopped } else { 1.0 };
-                Some(ScalarTexture::Image(ImageTexture { tint: map.tint * factor, ..map.clone() }))
+                Some(scaled(map, factor))
             }
         }
     }
@@ -225,6 +259,17 @@ impl Record {
 
     fn illumination_in(&self, models: &[f32]) -> bool {
         self.illumination.is_some_and(|illum| models.contains(&illum))
+    }
+}
+
+/// A picture of numbers times a factor.
+fn scaled(texture: &ScalarTexture, factor: f32) -> ScalarTexture {
+    let times = |image: &ImageTexture| ImageTexture { tint: image.tint * factor, ..image.clone() };
+    match texture {
+        ScalarTexture::Constant(share) => ScalarTexture::Constant(share * factor),
+        ScalarTexture::Image(image) => ScalarTexture::Image(times(image)),
+        ScalarTexture::Luminance(image) => ScalarTexture::Luminance(times(image)),
+        ScalarTexture::Channel(image, channel) => ScalarTexture::Channel(times(image), *channel),
     }
 }
 

@@ -172,8 +172,11 @@ struct Notes {
 }
 
 impl Notes {
-    /// Says where a material is one that nobody would see.
+    /// Says where a material is one that nobody would see, and which of its pictures nobody would.
     fn unseen(&mut self, name: &str, record: &Record) {
+        for unused in record.unused_maps() {
+            self.messages.push((record.at, format!("material `{name}`: {unused}")));
+        }
         let message = if record.is_inverted() {
             "`Tr 1`, with nothing else by which light passes, is taken for opaque, as programs write it that mean `d`"
         } else if record.is_invisible() {

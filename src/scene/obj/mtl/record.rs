@@ -2,10 +2,10 @@
 
 use super::super::lines::{self, Fields};
 use super::super::source::Fault;
-use super::texture::TextureStatement;
+use super::texture::{Channel, TextureStatement};
 use super::{Notes, texture};
 use crate::math::Rgb;
-use crate::texture::{ImageTexture, ReliefKind, ReliefTexture};
+use crate::texture::{ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
 use std::path::Path;
 
 /// The statements that mean something here. Numbers are finite, shares and colours in [0, 1], but `emission` and `ambient`.
@@ -46,7 +46,15 @@ pub(super) struct Record {
     /// `map_Kd`
     pub(crate) diffuse_map: Option<ImageTexture>,
     /// `map_d`
-    pub(crate) dissolve_map: Option<ImageTexture>,
+    pub(crate) dissolve_map: Option<ScalarTexture>,
+    /// `map_Ks`
+    pub(crate) specular_map: Option<ScalarTexture>,
+    /// `map_Pr`
+    pub(crate) roughness_map: Option<ScalarTexture>,
+    /// `map_Ns`
+    pub(crate) exponent_map: Option<ScalarTexture>,
+    /// `map_Pm`
+    pub(crate) metallic_map: Option<ScalarTexture>,
     /// `map_Ke`
     pub(crate) emission_map: Option<ImageTexture>,
     /// `norm`, `map_Kn`
@@ -80,7 +88,11 @@ impl Record {
             "map_ke" => self.emission_map = statement.texture(folder)?,
             "norm" | "map_kn" => self.normal_map = statement.relief(folder, ReliefKind::Normals)?,
             "bump" | "map_bump" => self.bump_map = statement.relief(folder, ReliefKind::NormalsOrTexelHeights)?,
-            "map_d" => self.dissolve_map = statement.texture(folder)?,
+            "map_d" => self.dissolve_map = statement.scalar(folder, Channel::Matte)?,
+            "map_ks" => self.specular_map = statement.scalar(folder, Channel::Luminance)?,
+            "map_pr" => self.roughness_map = statement.scalar(folder, Channel::Luminance)?,
+            "map_pm" => self.metallic_map = statement.scalar(folder, Channel::Luminance)?,
+            "map_ns" => self.exponent_map = statement.scalar(folder, Channel::Luminance)?,
             "sharpness" => {}
             _ => notes.once(format!("statement `{name}` is ignored")),
         }
@@ -165,17 +177,30 @@ impl Statement<'_, '_> {
 
     /// A picture that is no relief.
     fn texture(&mut self, folder: &Path) -> Result<Option<ImageTexture>, Fault> {
-        let Some(TextureStatement { image, bump }) = self.read_texture(folder)? else { return Ok(None) };
-        if bump.is_some() {
-            self.notes.once(format!("option `-bm` of `{}` is ignored", self.name));
+        let Some(statement) = self.read_texture(folder)? else { return Ok(None) };
+        self.without(statement.bump.is_some(), "-bm");
+        self.without(statement.channel.is_some(), "-imfchan");
+        Ok(Some(statement.image))
+    }
+
+    /// A picture of numbers.
+    fn scalar(&mut self, folder: &Path, usual: Channel) -> Result<Option<ScalarTexture>, Fault> {
+        let Some(statement) = self.read_texture(folder)? else { return Ok(None) };
+        self.without(statement.bump.is_some(), "-bm");
+        Ok(Some(statement.scalar(usual)))
+    }
+
+    /// Says that an option means nothing for this statement, where it is given.
+    fn without(&mut self, given: bool, option: &str) {
+        if given {
+            self.notes.once(format!("option `{option}` of `{}` is ignored", self.name));
         }
-        Ok(Some(image))
     }
 
     fn relief(&mut self, folder: &Path, kind: ReliefKind) -> Result<Option<ReliefTexture>, Fault> {
-        let statement = self.read_texture(folder)?;
-        let relief = |TextureStatement { image, bump }| ReliefTexture { image, kind, strength: bump.unwrap_or(1.0) };
-        Ok(statement.map(relief))
+        let Some(TextureStatement { image, bump, channel }) = self.read_texture(folder)? else { return Ok(None) };
+        self.without(channel.is_some(), "-imfchan");
+        Ok(Some(ReliefTexture { image, kind, strength: bump.unwrap_or(1.0) }))
     }
 
     fn read_texture(&mut self, folder: &Path) -> Result<Option<TextureStatement>, Fault> {

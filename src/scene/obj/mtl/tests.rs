@@ -1,7 +1,7 @@
 use super::*;
 use crate::bsdf::{
     BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, MicrofacetDistribution,
-    PlasticParameters, PrincipledParameters,
+    PlasticParameters, PrincipledMaps, PrincipledParameters,
 };
 use crate::math::Rgb;
 use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
@@ -30,13 +30,7 @@ fn constant(r: f32, g: f32, b: f32) -> ColorTexture {
 }
 
 fn image(file: &str) -> ImageTexture {
-    ImageTexture {
-        path: Path::new("folder").join(file),
-        scale: [1.0; 2],
-        offset: [0.0; 2],
-        nearest: false,
-        tint: Rgb::ONE,
-    }
+    ImageTexture::new(Path::new("folder").join(file))
 }
 
 fn diffuse(reflectance: ColorTexture) -> BsdfDescription {
@@ -207,13 +201,50 @@ fn reliefs_are_normals_or_whatever_their_picture_shows() {
     let relief = |statements: &str| material(statements).relief;
     let of = |file: &str, kind, strength| Some(ReliefTexture { image: image(file), kind, strength });
     assert_eq!(relief("norm n.png"), of("n.png", ReliefKind::Normals, 1.0));
-    assert_eq!(relief("map_Kn -bm 0.5 n.png\nbump b.png"), of("n.png", ReliefKind::Normals, 0.5));
+    let (materials, warnings) = library("newmtl m\nmap_Kn -bm 0.5 n.png\nbump b.png").unwrap();
+    assert_eq!(materials["m"].relief, of("n.png", ReliefKind::Normals, 0.5));
+    assert!(warnings[0].message.contains("is ignored beside `norm`"), "{warnings:?}");
     for statement in ["map_Bump", "bump", "map_bump"] {
         let found = relief(&format!("{statement} -bm 2.5 b.png"));
         assert_eq!(found, of("b.png", ReliefKind::NormalsOrTexelHeights, 2.5));
     }
     assert_eq!(relief("Kd 1 1 1"), None);
     assert_eq!(messages("newmtl a\nmap_Kd -bm 2 a.png"), [(2, "option `-bm` of `map_Kd` is ignored".to_string())]);
+}
+
+#[test]
+fn shares_come_from_pictures() {
+    let shares = |statements: &str| match material(statements).bsdf {
+        BsdfDescription::Principled(p) => (p.base_color.clone(), p.roughness, p.maps),
+        other => panic!("{statements}: {other:?}"),
+    };
+    let luminance = |file: &str| Some(ScalarTexture::Luminance(image(file)));
+    let (base, roughness, maps) = shares("Kd 0.2 0.4 0.6\nPr 0.3\nmap_Pr r.png\nmap_Pm m.png\nmap_Ks s.png");
+    assert_eq!((base, roughness), (constant(0.2, 0.4, 0.6), 0.3));
+    let all =
+        PrincipledMaps { metallic: luminance("m.png"), roughness: luminance("r.png"), specular: luminance("s.png") };
+    assert_eq!(maps, all);
+    let (_, _, maps) = shares("map_Ns n.png");
+    assert_eq!(maps, PrincipledMaps { roughness: luminance("n.png"), ..PrincipledMaps::NONE });
+    let (materials, warnings) = library("newmtl m\nmap_Ns n.png\nmap_Pr r.png\nillum 3").unwrap();
+    assert!(warnings[0].message.ends_with("`map_Ns` is ignored beside `map_Pr`"));
+    let maps = PrincipledMaps { roughness: luminance("r.png"), ..PrincipledMaps::NONE };
+    assert!(matches!(&materials["m"].bsdf, BsdfDescription::Principled(p) if p.maps == maps));
+    let (_, _, maps) = shares("map_Pr -imfchan g a.png\nmap_Pm -imfchan b a.png");
+    let channel = |k| Some(ScalarTexture::Channel(image("a.png"), k));
+    assert_eq!(maps, PrincipledMaps { metallic: channel(2), roughness: channel(1), specular: None });
+    let opacity = material("d 0.5\nmap_d -imfchan l a.png").opacity;
+    let half = ImageTexture { tint: Rgb::splat(0.5), ..image("a.png") };
+    assert_eq!(opacity, Some(ScalarTexture::Luminance(half)));
+    let told = messages("newmtl a\nmap_Kd -imfchan r a.png\nmap_Pr -bm 2 b.png\nd 0.5\nillum 4");
+    let expected = [
+        (1, "material `a`: `map_Ks`, `map_Ns`, `map_Pr` and `map_Pm` are ignored, as it is glass"),
+        (2, "option `-imfchan` of `map_Kd` is ignored"),
+        (3, "option `-bm` of `map_Pr` is ignored"),
+    ];
+    let mut told = told;
+    told.sort();
+    assert_eq!(told, expected.map(|(line, message)| (line, message.to_string())));
 }
 
 #[test]
@@ -240,7 +271,9 @@ fn texture_options_precede_the_name() {
     let partial = ImageTexture { scale: [2.0, 1.0], ..image("7") };
     assert_eq!(read("-s 2 7"), (Some(partial), 0));
     assert_eq!(read("-blendu on -CC off -texres 64 -clamp off a.png"), (Some(image("a.png")), 0));
-    assert_eq!(read("-clamp on -imfchan r -bm 0.5 -t 1 2 a.png"), (Some(image("a.png")), 3));
+    let clamped = ImageTexture { clamp: true, ..image("a.png") };
+    assert_eq!(read("-clamp on -imfchan r -bm 0.5 -t 1 2 a.png"), (Some(clamped), 1));
+    assert_eq!(read("-imfchan z a.png"), (Some(image("a.png")), 1));
     assert_eq!(read(r"maps\wood #2.png"), (Some(image("maps/wood #2.png")), 0));
     assert_eq!(read("-x.png"), (Some(image("-x.png")), 0));
     assert_eq!(read(" # nothing"), (None, 0));

@@ -5,7 +5,7 @@ use super::super::paths;
 use super::super::source::Fault;
 use super::Notes;
 use crate::math::Rgb;
-use crate::texture::ImageTexture;
+use crate::texture::{ImageTexture, ScalarTexture};
 use std::path::Path;
 
 /// A texture statement.
@@ -14,15 +14,35 @@ pub(super) struct TextureStatement {
     pub(crate) image: ImageTexture,
     /// `-bm`
     pub(crate) bump: Option<f32>,
+    /// `-imfchan`
+    pub(crate) channel: Option<Channel>,
+}
+
+/// Which number of a texel counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Channel {
+    /// Red (0), green (1) or blue (2).
+    Color(usize),
+    Matte,
+    Luminance,
+}
+
+impl TextureStatement {
+    /// The picture as one of numbers; without `-imfchan` they are of the channel `usual`.
+    pub(super) fn scalar(self, usual: Channel) -> ScalarTexture {
+        match self.channel.unwrap_or(usual) {
+            Channel::Color(channel) => ScalarTexture::Channel(self.image, channel),
+            Channel::Matte => ScalarTexture::Image(self.image),
+            Channel::Luminance => ScalarTexture::Luminance(self.image),
+        }
+    }
 }
 
 /// Reads the arguments of a texture statement; `None` if there is no file name. Faults count from the start of `rest`.
 pub(super) fn read(rest: &[u8], folder: &Path, notes: &mut Notes) -> Result<Option<TextureStatement>, Fault> {
     let argument = lines::name(rest);
     let mut words = Words { text: argument, at: 0 };
-    let image =
-        ImageTexture { path: Default::default(), scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE };
-    let mut statement = TextureStatement { image, bump: None };
+    let mut statement = TextureStatement { image: ImageTexture::new(Default::default()), bump: None, channel: None };
     while words.option(&mut statement, notes)? {}
     let name = paths::unquoted(lines::trim(&argument[words.at..]));
     statement.image.path = paths::resolve(folder, name);
@@ -55,10 +75,11 @@ impl<'a> Words<'a> {
             "-o" => texture.offset = self.pair(texture.offset)?,
             "-mm" => texture.tint = self.gain(notes)?,
             "-bm" => statement.bump = Some(self.pair([0.0; 2])?[0]),
-            "-clamp" => self.clamp(notes),
+            "-clamp" => texture.clamp = self.word().eq_ignore_ascii_case("on"),
+            "-imfchan" => statement.channel = self.channel(notes),
             // How an image is filtered or cached.
             "-blendu" | "-blendv" | "-texres" | "-boost" | "-cc" => self.skip(),
-            option @ ("-imfchan" | "-type" | "-colorspace" | "-t") => {
+            option @ ("-type" | "-colorspace" | "-t") => {
                 notes.once(format!("option `{option}` is ignored"));
                 if option == "-t" { self.pair([0.0; 2]).map(drop)? } else { self.skip() }
             }
@@ -79,11 +100,25 @@ impl<'a> Words<'a> {
         Ok(Rgb::splat(gain.max(0.0)))
     }
 
-    fn clamp(&mut self, notes: &mut Notes) {
-        if self.peek().is_some_and(|(word, _)| word.eq_ignore_ascii_case(b"on")) {
-            notes.once("option `-clamp on` is ignored: textures repeat");
+    fn channel(&mut self, notes: &mut Notes) -> Option<Channel> {
+        match &*self.word() {
+            "r" => Some(Channel::Color(0)),
+            "g" => Some(Channel::Color(1)),
+            "b" => Some(Channel::Color(2)),
+            "m" => Some(Channel::Matte),
+            "l" => Some(Channel::Luminance),
+            other => {
+                notes.once(format!("option `-imfchan {other}` is ignored"));
+                None
+            }
         }
+    }
+
+    /// Takes the next word.
+    fn word(&mut self) -> String {
+        let word = self.peek().map(|(word, _)| lines::text(word)).unwrap_or_default();
         self.skip();
+        word
     }
 
     fn skip(&mut self) {
