@@ -187,9 +187,9 @@ impl Lights {
     fn sample_triangle(&self, index: usize, p: Vec3, u: [f32; 2]) -> LightSample {
         let light = self.triangles[index];
         let (u, density, factor) = self.warp(index, u).unwrap_or((u, 1.0, Rgb::ONE));
-        let View { surface, wi, distance, pdf } = light.denser(density).sample_from(p, u);
+        let View { surface, wi, pdf } = light.denser(density).sample_from(p, u);
         let radiance = light.radiance * factor;
-        LightSample { wi, distance, radiance, pdf, delta: false, target: Some(surface) }
+        LightSample { wi, radiance, pdf, delta: false, target: Some(surface) }
     }
 }
 

@@ -55,8 +55,6 @@ lights! {
 pub struct LightSample {
     /// Unit, from the lit point to the light.
     pub wi: Vec3,
-    /// From the lit point to the light along `wi`; infinite for the surroundings and directional lights.
-    pub distance: f32,
     /// Radiance from `wi`, W/(sr·m²). For a delta light the irradiance (W/m²) on a surface that faces it.
     pub radiance: Rgb,
     /// Density of `wi` per steradian, the choice of the light included. For a delta light the probability of its choice.
@@ -71,7 +69,7 @@ pub struct LightSample {
 impl LightSample {
     /// One of a light at infinity.
     fn far(wi: Vec3, radiance: Rgb, pdf: f32, delta: bool) -> LightSample {
-        LightSample { wi, distance: f32::INFINITY, radiance, pdf, delta, target: None }
+        LightSample { wi, radiance, pdf, delta, target: None }
     }
 
     /// The ray from `origin`, just off the lit surface, that must reach the light.

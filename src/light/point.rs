@@ -66,7 +66,7 @@ impl LightSource for PointLight {
         let (wi, distance) = unit_and_length(self.position - p)?;
         let radiance = self.intensity / distance / distance;
         let target = LightPoint { point: self.position, normal: Vec3::ZERO, error: Rounding::default() };
-        Some(LightSample { wi, distance, radiance, pdf: 1.0, delta: true, target: Some(target) })
+        Some(LightSample { wi, radiance, pdf: 1.0, delta: true, target: Some(target) })
     }
 }
 

@@ -51,7 +51,6 @@ pub(super) struct View {
     pub surface: LightPoint,
     /// Unit, to the light; undefined where `pdf` is 0.
     pub wi: Vec3,
-    pub distance: f32,
     /// Per steradian there, the choice of the light included; 0 where nothing arrives.
     pub pdf: f32,
 }
@@ -117,7 +116,7 @@ impl AreaLight {
         let distance = to_light.length();
         // where `p` is behind the light, or on it, the density is 0
         let pdf = self.pdf_along(to_light, distance);
-        View { surface, wi: to_light / distance, distance, pdf }
+        View { surface, wi: to_light / distance, pdf }
     }
 
     /// Density per steradian, seen from `p`, of the point `y` drawn uniformly by area: pmf·d²/(A·cosθ), with θ at the light,

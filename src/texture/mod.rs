@@ -28,7 +28,6 @@ pub(crate) use scalar::ScalarMap;
 #[derive(Clone, Debug)]
 pub struct Texture {
     texels: Texels,
-    mean: Rgb,
     opaque: bool,
     /// The largest component of any texel's colour; 0 where none is positive.
     peak: f32,
@@ -49,8 +48,8 @@ impl Texture {
     }
 
     fn new(texels: Texels) -> Texture {
-        let Summary { mean, opaque, peak } = texels.summary();
-        Texture { texels, mean, opaque, peak, glow: OnceLock::new() }
+        let Summary { opaque, peak } = texels.summary();
+        Texture { texels, opaque, peak, glow: OnceLock::new() }
     }
 
     /// Linear colour at `uv`; bilinear, or of the texel that `uv` lies in. A coordinate that is not finite counts as 0.
@@ -83,8 +82,9 @@ impl Texture {
     }
 
     /// Mean linear colour of all texels, which is also the mean of [`Texture::color`] over the unit square.
-    pub(crate) fn mean(&self) -> Rgb {
-        self.mean
+    #[cfg(test)]
+    fn mean(&self) -> Rgb {
+        self.texels.mean()
     }
 
     /// Whether [`Texture::scalar`] is 1 everywhere.
@@ -188,7 +188,8 @@ impl TextureMap {
     }
 
     /// Mean linear colour of the picture, times the tint.
-    pub(crate) fn mean(&self, textures: &[Texture]) -> Rgb {
+    #[cfg(test)]
+    fn mean(&self, textures: &[Texture]) -> Rgb {
         textures[self.index].mean() * self.tint
     }
 

@@ -17,8 +17,6 @@ pub(super) struct Texels {
 
 /// What is known of all texels.
 pub(super) struct Summary {
-    /// Linear.
-    pub(crate) mean: Rgb,
     /// Whether [`Texels::scalar`] is 1 for every texel.
     pub(crate) opaque: bool,
     /// The largest component of a colour; 0 where none is positive.
@@ -66,17 +64,22 @@ impl Texels {
     }
 
     pub(crate) fn summary(&self) -> Summary {
-        let mut sum = glam::DVec3::ZERO;
         let (mut opaque, mut peak) = (true, 0.0f32);
         for y in 0..self.height {
             for x in 0..self.width {
                 let color = self.color(x, y);
-                sum += color.as_dvec3();
                 peak = peak.max(color.max_element());
                 opaque = opaque && self.scalar(x, y) == 1.0;
             }
         }
-        Summary { mean: (sum / (self.width * self.height) as f64).as_vec3(), opaque, peak }
+        Summary { opaque, peak }
+    }
+
+    /// Mean linear colour.
+    #[cfg(test)]
+    pub(crate) fn mean(&self) -> Rgb {
+        let of_row = |y: usize| (0..self.width).map(|x| self.color(x, y).as_dvec3()).sum::<glam::DVec3>();
+        ((0..self.height).map(of_row).sum::<glam::DVec3>() / (self.width * self.height) as f64).as_vec3()
     }
 
     pub(crate) fn bytes(&self) -> usize {

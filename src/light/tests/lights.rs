@@ -138,7 +138,7 @@ fn surroundings_have_one_density() {
     let (mut far, mut equal, n) = (0.0, 0, 200_000);
     for _ in 0..n {
         let sample = lights.sample(Vec3::ZERO, rng.f64(), rng.f32x2()).unwrap();
-        if sample.distance == f32::INFINITY && !sample.delta {
+        if sample.target.is_none() && !sample.delta {
             far += 1.0;
             equal += ((lights.pdf_environment(sample.wi) / sample.pdf - 1.0).abs() < 1e-4) as u32;
             let radiance = lights.environment_radiance(sample.wi);
@@ -156,13 +156,14 @@ fn points_and_suns_are_delta_lights() {
     let point = PointLight { position: Vec3::new(0.0, 3.0, 4.0), intensity: Rgb::splat(50.0) }.into();
     let lights = Lights::build(&[], vec![point], 1.0).unwrap();
     let sample = lights.sample(Vec3::ZERO, 0.3, [0.1, 0.2]).unwrap();
-    assert_eq!((sample.wi, sample.distance), (Vec3::new(0.0, 0.6, 0.8), 5.0));
+    assert_eq!(sample.wi, Vec3::new(0.0, 0.6, 0.8));
+    assert_eq!(sample.target.unwrap().point, Vec3::new(0.0, 3.0, 4.0));
     assert_eq!((sample.radiance, sample.pdf, sample.delta), (Rgb::splat(2.0), 1.0, true));
     assert!(lights.sample(Vec3::new(0.0, 3.0, 4.0), 0.3, [0.1, 0.2]).is_none());
     let sun = DirectionalLight { direction: Vec3::new(0.0, 0.0, -9.0), irradiance: Rgb::ONE }.into();
     let lights = Lights::build(&[], vec![sun], 1.0).unwrap();
     let sample = lights.sample(Vec3::ONE, 0.3, [0.1, 0.2]).unwrap();
-    assert_eq!((sample.wi, sample.distance), (Vec3::Z, f32::INFINITY));
+    assert_eq!((sample.wi, sample.target), (Vec3::Z, None));
     assert_eq!((sample.radiance, sample.pdf, sample.delta), (Rgb::ONE, 1.0, true));
     assert_eq!(lights.pdf_environment(Vec3::Z), 0.0);
     assert_eq!(lights.environment_radiance(Vec3::Z), Rgb::ZERO);
@@ -178,7 +179,7 @@ fn density_of_a_hit_is_that_of_the_sample() {
         let Some(s) = lights.sample(p, rng.f64(), rng.f32x2()) else { continue };
         let Some(surface) = s.target.filter(|_| !s.delta) else { continue };
         // which triangle: the diagonal divides them; a ray finds the point by direction and distance
-        let y = p + s.wi * s.distance;
+        let y = surface.point;
         if (y.x - y.y).abs() < 1e-3 {
             continue;
         }
@@ -204,7 +205,7 @@ fn the_back_shines_only_when_two_sided() {
     let sample = lights.sample(above, 0.5, [0.5, 0.5]).unwrap();
     assert_eq!(sample.radiance, GREY);
     // both triangles weigh ½, each is ½ m²: the density by area is 1
-    let expected = sample.distance.powi(2) / -sample.wi.z;
+    let expected = (sample.target.unwrap().point - above).length_squared() / -sample.wi.z;
     assert!((sample.pdf / expected - 1.0).abs() < 1e-5);
 }
 
@@ -269,7 +270,7 @@ fn extreme_triangles_give_usable_samples_or_none() {
             None => none += 1,
             Some(s) => {
                 some += 1;
-                assert!(s.pdf > 0.0 && s.pdf.is_finite() && s.distance > 0.0);
+                assert!(s.pdf > 0.0 && s.pdf.is_finite() && s.target.is_some_and(|t| t.point != p));
                 assert!((s.wi.length() - 1.0).abs() < 1e-5 && s.radiance == t.radiance);
             }
         }
