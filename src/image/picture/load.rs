@@ -10,7 +10,7 @@ use crate::{Error, Result};
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 use std::fs::File;
-use std::io::{BufRead, BufReader, Seek};
+use std::io::{BufRead, BufReader, ErrorKind, Seek};
 use std::path::{Path, PathBuf};
 
 /// Decoded pictures above this are refused.
@@ -51,6 +51,9 @@ pub(crate) fn split_layer(path: &Path) -> (PathBuf, Option<String>) {
 
 fn fault(path: &Path) -> impl Fn(ImageError) -> Error {
     move |error| match error {
+        ImageError::IoError(source) if source.kind() == ErrorKind::UnexpectedEof => {
+            Error::file(path, "damaged: the file ends before the picture does")
+        }
         ImageError::IoError(source) => Error::io(path)(source),
         error => Error::file(path, format!("no picture that can be read: {error}")),
     }

@@ -251,7 +251,10 @@ fn claims_of_headers_are_held_against_limits() {
     targa[12..16].copy_from_slice(&[0xff; 4]);
     let mut gif = encoded(RgbaImage::new(4, 4), ImageFormat::Gif);
     gif[6..10].copy_from_slice(&[0xff; 4]);
+    let mut short = encoded(RgbImage::from_fn(9, 9, |x, y| image::Rgb([x as u8, y as u8, 7])), ImageFormat::Tga);
+    short.truncate(short.len() / 2);
     let cases = [
+        (short, "damaged: the file ends before the picture does"),
         (radiance(1 << 20, 1), "no side may exceed 65536"),
         (radiance(60_000, 60_000), "takes 41198 MiB when decoded; at most 1024 MiB are allowed"),
         (radiance(6_000, 6_000), "damaged: its pixels need at least"),
