@@ -2,7 +2,7 @@
 
 use super::Search;
 use super::axes::{Gaze, lens};
-use super::framing::{looking_at, standing_back, zoomed};
+use super::framing::{looking_at, parallel, standing_back, zoomed};
 use super::pieces::count;
 use super::standpoints::Standpoint;
 use glam::Vec3;
@@ -110,6 +110,20 @@ impl Search<'_> {
     pub(super) fn settled(&self, view: Candidate) -> Candidate {
         let origin = || self.standing(self.subject.outline(self.scene, FULL_OUTLINE), &view.gaze);
         Candidate { origin: if view.whole { origin() } else { view.origin }, ..view }
+    }
+
+    /// The same for parallel rays, and how high its picture has to be: where the model is not whole in it, as high as that
+    /// of the lens is at the middle of what is to be seen.
+    pub(super) fn flattened(&self, view: Candidate) -> (Candidate, f32) {
+        let Candidate { origin, gaze, whole } = view;
+        if !whole {
+            let depth = (self.subject.centre() - origin).dot(gaze.forward).abs();
+            return (view, 2.0 * gaze.half[1] * depth);
+        }
+        let points = self.subject.outline(self.scene, FULL_OUTLINE);
+        let (middle, height) = parallel(points, &gaze, origin, (self.aspect, self.target.is_some()));
+        let origin = origin + gaze.right * middle[0] + gaze.up * middle[1];
+        (Candidate { origin, ..view }, height)
     }
 
     /// The field of view that was given, else that of a lens.

@@ -1,7 +1,7 @@
 //! How far back a camera has to stand.
 
 use super::axes::Gaze;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// What is left free between a model and each edge of the picture, as a share of half the picture.
 const MARGIN: f32 = 0.05;
@@ -22,6 +22,25 @@ pub(super) fn looking_at(points: impl Iterator<Item = Vec3>, gaze: &Gaze, target
     let [h, v] = gaze.half.map(framed);
     let back = (across.0.max(across.1) / h).max(upwards.0.max(upwards.1) / v);
     target - gaze.forward * back
+}
+
+/// For parallel rays: where the middle of the points is in the picture, seen from `about`, and how high the picture has to be for all
+/// of them; where `fixed`, with `about` in its middle.
+pub(super) fn parallel(
+    points: impl Iterator<Item = Vec3>,
+    gaze: &Gaze,
+    about: Vec3,
+    (aspect, fixed): (f32, bool),
+) -> ([f32; 2], f32) {
+    let none = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+    let (low, high) = points.fold(none, |(low, high), point| {
+        let q = point - about;
+        let at = Vec2::new(q.dot(gaze.right), q.dot(gaze.up));
+        (low.min(at), high.max(at))
+    });
+    let middle = if fixed { Vec2::ZERO } else { low + 0.5 * (high - low) };
+    let half = (high - middle).max(middle - low);
+    (middle.to_array(), 2.0 * half.y.max(half.x / aspect) / (1.0 - MARGIN))
 }
 
 fn framed(half: f32) -> f32 {

@@ -19,7 +19,7 @@ mod subject;
 pub(crate) use darkness::why_dark;
 
 use super::Scene;
-use super::description::{CameraDescription, SceneDescription, Unsaid};
+use super::description::{CameraDescription, Projection, SceneDescription, Unsaid};
 use crate::film::FilmSettings;
 use axes::Axes;
 use candidates::Candidate;
@@ -110,15 +110,17 @@ impl Search<'_> {
     /// The view as one would write it. What is in the middle of the picture is its target, at the distance of the model's
     /// size where nothing is.
     fn describe(&self, view: &Candidate, said: &CameraDescription) -> CameraDescription {
+        let (view, height) = match said.projection {
+            Projection::Orthographic => self.flattened(*view),
+            Projection::Perspective | Projection::Panorama => (*view, said.view_height),
+        };
         let Candidate { origin, gaze, .. } = view;
-        let middle = self.pieces.seen(self.scene, *origin, &[gaze.forward])[0];
+        let middle = self.pieces.seen(self.scene, origin, &[gaze.forward])[0];
         let (low, high) = self.scene.bounds();
         let distance = middle.map_or((high - low).length(), |sight| sight.distance);
-        // as high as a perspective view is where the subject's middle is
-        let height = 2.0 * gaze.half[1] * (self.subject.centre() - *origin).dot(gaze.forward).abs();
         CameraDescription {
             origin: origin.as_dvec3(),
-            target: self.target.unwrap_or(*origin + gaze.forward * distance).as_dvec3(),
+            target: self.target.unwrap_or(origin + gaze.forward * distance).as_dvec3(),
             up: if self.axes.up.dot(gaze.up) > 1e-4 { self.axes.up } else { gaze.up },
             vfov: self.vfov.unwrap_or(gaze.vfov()),
             view_height: if said.unsaid.view_height { height } else { said.view_height },

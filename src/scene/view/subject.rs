@@ -110,7 +110,8 @@ impl Sides {
     fn along(&self, corners: &[Vec3; 3]) -> Option<u8> {
         let within = |side: usize| {
             let axis = side / 2;
-            let distance = |p: &Vec3| if side % 2 == 0 { p[axis] - self.low[axis] } else { self.high[axis] - p[axis] };
+            let distance =
+                |p: &Vec3| if side.is_multiple_of(2) { p[axis] - self.low[axis] } else { self.high[axis] - p[axis] };
             corners.iter().all(|p| distance(p) <= self.layer)
         };
         [self.ground].into_iter().chain(0..6).find(|side| within(*side)).map(|side| 1 << side)
