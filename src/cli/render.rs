@@ -21,7 +21,7 @@ use crate::scene::description::{CameraDescription, Projection};
 use crate::scene::{FoundCamera, Scene};
 use anyhow::{Result, anyhow, bail, ensure};
 use clap::Args;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -166,10 +166,16 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     Ok(if finite { signals.exit_code() } else { ExitCode::from(super::NOT_FINITE) })
 }
 
+/// A place as one would write it, in single precision where that is all it has.
+fn written(v: DVec3) -> String {
+    if v.as_vec3().as_dvec3() == v { v.as_vec3().to_string() } else { v.to_string() }
+}
+
 /// Where the camera stands that was found, as one would write it.
 fn camera_note(found: &FoundCamera) -> String {
     let CameraDescription { origin, target, up, vfov, view_height, .. } = &found.camera;
     let place = if found.outside { "outside, where all of the model is in the picture" } else { "where most is seen" };
+    let [origin, target] = [origin, target].map(|v| written(*v));
     let up = if *up == Vec3::Y { String::new() } else { format!(" --set 'camera.up={up}'") };
     let field = match found.camera.projection {
         Projection::Perspective => format!(" --set camera.vfov={vfov}"),

@@ -28,6 +28,10 @@ pub struct Guide<S: SpatialPartition = Partition, D: DirectionalModel = Model> {
     pub(super) ended: bool,
     /// Bytes for partition and regions.
     memory: usize,
+    /// Camera paths of all iterations that ended.
+    pub(super) learnt_paths: f64,
+    /// Of the next iteration, until it learns; `None`: as many as of all before.
+    planned_paths: Option<f64>,
 }
 
 impl Guide {
@@ -68,7 +72,24 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
         let store = RegionStore::new(model, left, schedule.divides_only());
         let (rate, origin) = (settings.rate, logit(settings.bsdf_fraction));
         let method = settings.method.model();
-        Guide { partition, store, snapshot, method, schedule, rate, origin, ended: false, memory }
+        Guide {
+            partition,
+            store,
+            snapshot,
+            method,
+            schedule,
+            rate,
+            origin,
+            ended: false,
+            memory,
+            learnt_paths: 0.0,
+            planned_paths: None,
+        }
+    }
+
+    /// Camera paths of all iterations that ended.
+    pub fn learnt_paths(&self) -> u64 {
+        self.learnt_paths as u64
     }
 
     pub fn method(&self) -> GuidingMethod {
@@ -78,6 +99,11 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
     /// The snapshot of this iteration.
     pub fn field(&self) -> &Snapshot<S, D> {
         &self.snapshot
+    }
+
+    /// Begins an iteration of `paths` camera paths: the longer it is beside what was learnt, the more of that is forgotten.
+    pub fn begin_iteration(&mut self, paths: u64) {
+        self.planned_paths = Some(paths as f64);
     }
 
     /// Learns from what tiles recorded, in their order. The snapshot stays as it is.
@@ -93,7 +119,8 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
     ) -> (&'a Snapshot<S, D>, Vec<UpdateJob<'a, S, D>>) {
         recorders.iter().for_each(|recorder| self.partition.observe(recorder.points()));
         if std::mem::take(&mut self.ended) {
-            let retain = self.schedule.retain(self.rate);
+            let (old, new) = (self.learnt_paths, self.planned_paths.take());
+            let retain = self.schedule.retain(self.rate, new.unwrap_or(old) / old.max(1.0));
             self.store.for_each(|model, region| {
                 region.decay(model, retain);
                 region.begin();
@@ -117,16 +144,17 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
         self.snapshot.freeze(&self.partition, &self.store);
     }
 
-    /// Ends an iteration of `spp` samples per pixel: regions and their directions are refined, and what was learnt becomes
+    /// Ends an iteration of `paths` camera paths: regions and their directions are refined, and what was learnt becomes
     /// the next snapshot.
-    pub fn end_iteration(&mut self, spp: u32) {
+    pub fn end_iteration(&mut self, paths: u64) {
         if self.partition.settle() {
             self.make_room();
         }
         self.store.end_iteration();
-        self.schedule.divide(&mut self.partition, &mut self.store, spp);
+        self.schedule.divide(&mut self.partition, &mut self.store, paths);
         self.store.refine_directions();
         self.freeze();
+        self.learnt_paths += paths as f64;
         self.ended = true;
     }
 

@@ -15,12 +15,13 @@ pub struct Stored<'g, S: SpatialPartition = Partition, D: DirectionalModel = Mod
     /// By shard, in the order in which they were met.
     shards: Vec<Cow<'g, [Region<D::Learnt>]>>,
     ended: bool,
+    learnt_paths: f64,
 }
 
 impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
     pub fn stored(&self) -> Stored<'_, S, D> {
         let shards = self.store.shards().iter().map(|shard| Cow::Borrowed(shard.regions())).collect();
-        Stored { partition: self.partition.stored(), shards, ended: self.ended }
+        Stored { partition: self.partition.stored(), shards, ended: self.ended, learnt_paths: self.learnt_paths }
     }
 
     /// Puts back what a guide of the same settings has learnt, where this one is empty; its snapshot is then that of the
@@ -29,7 +30,11 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
     /// # Errors
     /// Where that is not what such a guide can have learnt, or is more than its memory holds.
     pub fn restore(&mut self, stored: Stored<S, D>) -> Result<(), String> {
-        let Stored { partition, shards, ended } = stored;
+        let Stored { partition, shards, ended, learnt_paths } = stored;
+        if !(learnt_paths.is_finite() && learnt_paths >= 0.0) {
+            return Err(format!("it says that it learnt from {learnt_paths} paths"));
+        }
+        self.learnt_paths = learnt_paths;
         self.partition.restore(partition, self.store.memory())?;
         self.make_room();
         for region in shards.into_iter().flat_map(Cow::into_owned) {

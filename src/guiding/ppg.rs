@@ -11,10 +11,14 @@ use std::collections::BinaryHeap;
 /// Share of the memory that halving leaves may use up: the rest is for quadtrees to become finer.
 const SPLIT_SHARE: f64 = 0.75;
 
+/// Camera paths of an iteration for which `c` is meant: 4 samples per pixel of the pictures of the paper, 1280 × 720.
+pub(super) const PATHS_OF_C: f64 = 4.0 * 1280.0 * 720.0;
+
 /// What it takes to halve a leaf.
 #[derive(Clone, Copy, Debug)]
 pub struct SplitLimits {
-    /// c: a leaf is halved that got more than c·√(spp/4) samples in an iteration of spp samples per pixel.
+    /// c: a leaf is halved that got more than c·√(n/[`PATHS_OF_C`]) samples in an iteration of n paths. The paper's law in
+    /// the number of paths, whatever the size of the picture that they make.
     pub samples: f32,
 }
 
@@ -24,10 +28,9 @@ pub fn split<D: DirectionalModel>(
     partition: &mut impl SpatialPartition,
     store: &mut RegionStore<D>,
     limits: SplitLimits,
-    spp: f32,
+    paths: u64,
 ) {
-    // c·√(2^k) for iteration k of 4·2^k samples
-    let most = limits.samples as f64 * (spp as f64 / 4.0).sqrt();
+    let most = f64::from(limits.samples) * (paths as f64 / PATHS_OF_C).sqrt();
     let mut cells = vec![(0.0, 0); partition.cells()];
     for region in store.regions() {
         let (samples, bytes) = &mut cells[partition.cell_of(region.key)];

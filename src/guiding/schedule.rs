@@ -33,12 +33,13 @@ impl Schedule {
         }
     }
 
-    /// Share of their weight that visits keep when an iteration begins. Early targets were bootstrapped from a table that
-    /// knew little; a rate of 1/n alone forgets their error only as n^−(1−albedo).
-    pub(super) fn retain(self, rate: Rate) -> f32 {
+    /// Share of their weight that visits keep when an iteration begins that adds `growth` times the paths so far: the rate's
+    /// for each time that these double. Early targets were bootstrapped from a table that knew little; a rate of 1/n
+    /// alone forgets their error only as n^−(1−albedo).
+    pub(super) fn retain(self, rate: Rate, growth: f64) -> f32 {
         match (self, rate) {
             (Schedule::Ppg(_), _) => 0.0,
-            (_, Rate::Forgetting(retain)) => retain,
+            (_, Rate::Forgetting(retain)) => retain.powf((1.0 + growth).log2() as f32),
             (_, Rate::Vanishing | Rate::Constant(_)) => 1.0,
         }
     }
@@ -60,16 +61,16 @@ impl Schedule {
         matches!(self, Schedule::Continuous(_))
     }
 
-    /// Divides cells after an iteration of `spp` samples per pixel.
+    /// Divides cells after an iteration of `paths` camera paths.
     pub(super) fn divide<D: DirectionalModel>(
         self,
         partition: &mut impl SpatialPartition,
         store: &mut RegionStore<D>,
-        spp: u32,
+        paths: u64,
     ) {
         match self {
             Schedule::Continuous(limits) => refinement::refine(partition, store, limits),
-            Schedule::Ppg(limits) => ppg::split(partition, store, limits, spp as f32),
+            Schedule::Ppg(limits) => ppg::split(partition, store, limits, paths),
         }
     }
 }

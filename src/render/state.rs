@@ -74,6 +74,7 @@ impl RenderState {
         let pixels = width as u64 * height as u64;
         let wanted = from.is_some() || keep;
         let (guide, learnt_paths, salt) = from.map_or((None, 0, 0), |from| (Some(from.guide), from.paths, from.salt));
+        let learnt_samples = guide.as_ref().map_or(0, |guide| (guide.learnt_paths() / pixels) as u32);
         let guide = guide.or_else(|| Guide::new(&settings.guiding, scene.bounds(), scene.facets()));
         // With a guide from before, iterations go on where those ended: after one of its length, the old is half forgotten.
         let first = (learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST_ITERATION as u64) as u32;
@@ -91,7 +92,7 @@ impl RenderState {
             width,
             pixels,
             paths: 0,
-            learnt_samples: 0,
+            learnt_samples,
             learnt_paths,
             iterations: Vec::new(),
         }
@@ -121,6 +122,9 @@ impl RenderState {
             self.bounced = vec![[0.0; 2]; self.pixels as usize];
         }
         let usable_states = self.guide.as_ref().map_or(0, |g| g.field().len());
+        if let Some(guide) = &mut self.guide {
+            guide.begin_iteration(self.pixels * u64::from(self.plan.samples));
+        }
         let report = IterationReport { usable_states, ..IterationReport::default() };
         Record { report, passes: pilot.then(Vec::new) }
     }
@@ -137,8 +141,8 @@ impl RenderState {
 
     /// The guide takes the end of an iteration that it has learnt from; a `whole` one may change what its states are.
     pub fn end_learning(&mut self, whole: bool, report: &mut IterationReport) {
-        let (Some(guide), samples) = (&mut self.guide, report.samples) else { return };
-        report.add_learning(|| if whole { guide.end_iteration(samples) } else { guide.refresh() });
+        let (Some(guide), paths) = (&mut self.guide, report.counters.paths) else { return };
+        report.add_learning(|| if whole { guide.end_iteration(paths) } else { guide.refresh() });
         self.learnt_paths = self.learnt_paths.max(report.counters.paths);
     }
 

@@ -6,7 +6,7 @@ use super::description::{MaterialDescription, SceneDescription};
 use super::emitters::{Lighting, Surfaces, lights, sky};
 use super::hash;
 use super::material::Material;
-use super::{Camera, Scene, SceneNames, view};
+use super::{Camera, FoundCamera, Scene, SceneNames, view};
 use crate::bsdf::CoatTables;
 use crate::embree::Device;
 use crate::film::FilmSettings;
@@ -142,8 +142,11 @@ impl Scene {
         let camera = view::said(description);
         let film = &description.film;
         self.found_camera = camera.unsaid.is_open().then(|| view::find(self, &camera, film));
-        let camera = self.found_camera.as_ref().map_or(&camera, |found| &found.camera);
-        self.camera = Camera::new(camera, film)?;
+        let placed = self.found_camera.as_ref().map_or(&camera, |found| &found.camera);
+        self.camera = Camera::new(placed, film)?;
+        if let Some(FoundCamera { camera, .. }) = &mut self.found_camera {
+            (camera.origin, camera.target) = (camera.origin + self.origin, camera.target + self.origin);
+        }
         Ok(())
     }
 

@@ -30,6 +30,9 @@ fn subject(settings: &GuidingSettings) -> GuideFingerprint {
     GuideFingerprint::new("a scene".into(), settings, &IntegratorSettings::default())
 }
 
+/// Camera paths of an iteration: 1 sample per pixel of the pictures that the SD-tree's threshold is meant for.
+const PATHS: u64 = 1280 * 720;
+
 /// Uniform on the sphere.
 fn unit(rng: &mut Rng) -> Vec3 {
     warp::square_to_uniform_sphere(rng.f32x2())
@@ -71,7 +74,7 @@ fn learnt(settings: &GuidingSettings) -> Guide {
     let mut rng = Rng::new(1);
     for _ in 0..3 {
         teach(&mut guide, 20_000, &mut rng);
-        guide.end_iteration(1);
+        guide.end_iteration(PATHS);
     }
     guide
 }
@@ -108,7 +111,7 @@ fn what_was_learnt_comes_back_and_goes_on_alike() {
         assert!(seen(&before) == seen(&after), "{:?}, {:?}", settings.method, settings.table);
         for guide in [&mut before, &mut after] {
             teach(guide, 20_000, &mut Rng::new(3));
-            guide.end_iteration(1);
+            guide.end_iteration(PATHS);
         }
         assert!(seen(&before) == seen(&after), "having learnt more: {:?}, {:?}", settings.method, settings.table);
     }
@@ -128,7 +131,7 @@ fn no_damage_goes_unnoticed_or_panics() {
     let settings = GuidingSettings { resolution: 1, levels: 0, ..GuidingSettings::default() };
     let mut guide = Guide::new(&settings, BOUNDS, std::iter::empty()).unwrap();
     teach(&mut guide, 100, &mut Rng::new(1));
-    guide.end_iteration(1);
+    guide.end_iteration(PATHS);
     guide_file::write(&path, &guide, &subject(&settings), 1).unwrap();
     let whole = std::fs::read(&path).unwrap();
     assert!(read(&path, &settings).is_ok() && whole.len() < 20_000, "{} bytes", whole.len());
@@ -154,7 +157,7 @@ fn forged_files_do_no_harm() {
         let settings = GuidingSettings { resolution: 2, strata: 3, sites: 8, ..settings };
         let mut guide = Guide::new(&settings, BOUNDS, std::iter::empty()).unwrap();
         teach(&mut guide, 400, &mut Rng::new(1));
-        guide.end_iteration(1);
+        guide.end_iteration(PATHS);
         guide_file::write(&path, &guide, &subject(&settings), 1).unwrap();
         let whole = std::fs::read(&path).unwrap();
         let mut rng = Rng::new(4);
@@ -170,7 +173,7 @@ fn forged_files_do_no_harm() {
             match read(&path, &settings) {
                 Ok(LoadedGuide { mut guide, .. }) => {
                     teach(&mut guide, 50, &mut rng);
-                    guide.end_iteration(1);
+                    guide.end_iteration(PATHS);
                     guide.stats();
                 }
                 Err(_) => refused += 1,
@@ -182,7 +185,7 @@ fn forged_files_do_no_harm() {
 
 /// The format is not to change unnoticed: whoever changes what is stored raises the version, and this number.
 #[test]
-fn the_format_is_that_of_version_4() {
+fn the_format_is_that_of_version_5() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.guide");
     let settings = GuidingSettings { resolution: 1, ..GuidingSettings::default() };
@@ -195,7 +198,7 @@ fn the_format_is_that_of_version_4() {
     guide.learn(&[&recorder]);
     guide_file::write(&path, &guide, &subject(&settings), 300).unwrap();
     let bytes = std::fs::read(&path).unwrap();
-    assert_eq!(bytes[..12], *b"PTXGUIDE\x04\0\0\0");
+    assert_eq!(bytes[..12], *b"PTXGUIDE\x05\0\0\0");
     assert_eq!((bytes.len(), crc32fast::hash(&bytes[..bytes.len() - 4])), (472, 3_360_711_830));
 }
 

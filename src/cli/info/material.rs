@@ -90,6 +90,12 @@ fn numbers<const N: usize>(values: [f32; N]) -> Value {
     values.into_iter().map(number).collect()
 }
 
+/// A place, with the digits of single precision where that is all it has.
+pub(super) fn place(v: DVec3) -> Value {
+    let coordinate = |x: f64| if f64::from(x as f32) == x { number(x as f32) } else { json!(x) };
+    v.to_array().into_iter().map(coordinate).collect()
+}
+
 fn rgb(color: Rgb) -> Value {
     numbers(color.to_array())
 }

@@ -1,6 +1,6 @@
 //! What there is to say of a scene, for programs.
 
-use super::material::{Parameter, parameters, pictures, source, values};
+use super::material::{Parameter, parameters, pictures, place, source, values};
 use crate::format::SceneFile;
 use crate::math::luminance;
 use crate::scene::description::{CameraDescription, Projection};
@@ -53,8 +53,8 @@ pub(super) struct Report {
 
 #[derive(Serialize)]
 pub(super) struct Bounds {
-    pub(super) low: [f32; 3],
-    pub(super) high: [f32; 3],
+    pub(super) low: Value,
+    pub(super) high: Value,
 }
 
 /// Bytes.
@@ -70,9 +70,9 @@ pub(super) struct Camera {
     /// Whether it was found by what can be seen, and not said by the file in full.
     pub(super) found: bool,
     pub(super) projection: &'static str,
-    pub(super) origin: [f32; 3],
-    pub(super) target: [f32; 3],
-    pub(super) up: [f32; 3],
+    pub(super) origin: Value,
+    pub(super) target: Value,
+    pub(super) up: Value,
     /// In degrees, of a perspective camera.
     pub(super) vfov: Option<f32>,
     /// Of an orthographic one.
@@ -135,7 +135,10 @@ impl Report {
             triangles: scene.triangles(),
             meshes: inventory.meshes,
             instances: inventory.instances,
-            bounds: Bounds { low: low.into(), high: high.into() },
+            bounds: Bounds {
+                low: place(low.as_dvec3() + scene.origin()),
+                high: place(high.as_dvec3() + scene.origin()),
+            },
             memory: Memory {
                 meshes: inventory.mesh_bytes,
                 textures: inventory.texture_bytes,
@@ -161,7 +164,7 @@ fn camera(file: &SceneFile, scene: &Scene) -> Camera {
         Projection::Orthographic => ("orthographic", None, Some(c.view_height)),
         Projection::Panorama => ("panorama", None, None),
     };
-    let [origin, target, up] = [c.origin.as_vec3(), c.target.as_vec3(), c.up].map(Into::into);
+    let [origin, target, up] = [c.origin, c.target, c.up.as_dvec3()].map(place);
     Camera { found: !whole, projection, origin, target, up, vfov, view_height, width, height }
 }
 

@@ -32,7 +32,7 @@ fn head(report: &Report) -> Vec<String> {
             format!("{:.2} s, prepared for rays in {:.2} s", report.load_wall_seconds, report.build_wall_seconds),
         ),
         line("triangles", format!("{} in {} meshes, {} instances", report.triangles, report.meshes, report.instances)),
-        line("bounds", format!("{} to {}", vector(bounds.low), vector(bounds.high))),
+        line("bounds", format!("{} to {}", value(&bounds.low), value(&bounds.high))),
         line(
             "memory",
             format!(
@@ -47,9 +47,9 @@ fn head(report: &Report) -> Vec<String> {
             format!(
                 "{found}: {}, origin {}, target {}, up {}, {field}{} x {} pixels",
                 camera.projection,
-                vector(camera.origin),
-                vector(camera.target),
-                vector(camera.up),
+                value(&camera.origin),
+                value(&camera.target),
+                value(&camera.up),
                 camera.width,
                 camera.height
             ),
@@ -59,10 +59,6 @@ fn head(report: &Report) -> Vec<String> {
         lines.push(line("cameras", report.cameras.join(", ")));
     }
     lines
-}
-
-fn vector(v: [f32; 3]) -> String {
-    format!("[{}, {}, {}]", v[0], v[1], v[2])
 }
 
 fn light(light: &Light) -> String {

@@ -156,7 +156,10 @@ fn rate(t: &mut Reader, s: &mut GuidingSettings, tabular: bool) -> Result<(), Fa
     let constant =
         key("alpha", "the weight that `\"constant\"` gives").only(tabular && chosen == 2, "`rate = \"constant\"`");
     t.number(constant, UNIT, &mut alpha)?;
-    let fading = key("retain", "of `\"forgetting\"`: share of the weight that visits keep when an iteration ends");
+    let fading = key(
+        "retain",
+        "of `\"forgetting\"`: share of the weight that visits keep each time that the paths learnt from double",
+    );
     t.number(fading.only(tabular && chosen == 0, "`rate = \"forgetting\"`"), UNIT, &mut retain)?;
     s.rate = [Rate::Forgetting(retain), Rate::Vanishing, Rate::Constant(alpha)][chosen];
     Ok(())
@@ -183,8 +186,7 @@ fn sampling(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
 
 fn sd_tree(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
     let own = |k: Key| k.only(s.method == GuidingMethod::SdTree, "`method = \"sdtree\"`");
-    let samples =
-        "a leaf is halved that got more than this many times √(spp/4) in an iteration of spp samples per pixel";
+    let samples = "a leaf is halved that got more than this many times √(n/3686400) in an iteration of n paths, which are 4 samples per pixel of 1280 × 720";
     t.number(own(key("leaf_samples", samples).unit("samples")), NOT_NEGATIVE, &mut s.leaf_samples)?;
     let rho = "share of a leaf's energy from which a cell of directions is divided";
     t.number(own(key("rho", rho)), UNIT, &mut s.rho)?;

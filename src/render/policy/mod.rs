@@ -8,7 +8,7 @@ pub(crate) use auto::Reason;
 pub(crate) use auto::{Trial, Verdict};
 
 use super::noise::Noise;
-use super::schedule::doubled;
+use super::schedule::{doubled, grown};
 use crate::film::accumulate::Film;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::Counters;
@@ -92,11 +92,26 @@ pub(super) trait GuidePolicy {
 pub(super) struct Always {
     /// Samples per pixel of the first iteration.
     pub first: u32,
+    pub growth: Growth,
+}
+
+/// How iterations get longer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Growth {
+    /// Each is twice as long as the one before: for a guide that learns from each alone.
+    Doubling,
+    /// By a share of all samples so far.
+    Gradual,
 }
 
 impl GuidePolicy for Always {
     fn next_iteration(&self, history: &History) -> Plan {
-        Plan { mode: Mode::Guided, samples: history.planned.map_or(self.first, doubled), continues: false }
+        let samples = match (history.planned, self.growth) {
+            (None, _) => self.first,
+            (Some(planned), Growth::Doubling) => doubled(planned),
+            (Some(_), Growth::Gradual) => grown(history.samples),
+        };
+        Plan { mode: Mode::Guided, samples, continues: false }
     }
 }
 
@@ -126,7 +141,8 @@ impl Policy {
         match method {
             GuidingMethod::None => Policy::Never(Never),
             GuidingMethod::Auto if !wanted => Policy::Auto(Box::new(Auto::new(timed, pixels))),
-            _ => Policy::Always(Always { first }),
+            GuidingMethod::SdTree => Policy::Always(Always { first, growth: Growth::Doubling }),
+            _ => Policy::Always(Always { first: first.min(grown(0)), growth: Growth::Gradual }),
         }
     }
 

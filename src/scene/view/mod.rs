@@ -32,7 +32,7 @@ use subject::Subject;
 /// A camera that was found.
 #[derive(Clone, Debug)]
 pub(crate) struct FoundCamera {
-    /// All of it.
+    /// All of it, in the coordinates of the scene's files.
     pub(crate) camera: CameraDescription,
     /// Whether it shows the model from outside, whole.
     pub(crate) outside: bool,
@@ -119,8 +119,8 @@ impl Search<'_> {
         let (low, high) = self.scene.bounds();
         let distance = middle.map_or((high - low).length(), |sight| sight.distance);
         CameraDescription {
-            origin: origin.as_dvec3(),
-            target: self.target.unwrap_or(origin + gaze.forward * distance).as_dvec3(),
+            origin: if said.unsaid.origin { origin.as_dvec3() } else { said.origin },
+            target: if said.unsaid.target { (origin + gaze.forward * distance).as_dvec3() } else { said.target },
             up: if self.axes.up.dot(gaze.up) > 1e-4 { self.axes.up } else { gaze.up },
             vfov: self.vfov.unwrap_or(gaze.vfov()),
             view_height: if said.unsaid.view_height { height } else { said.view_height },

@@ -277,7 +277,7 @@ fn what_is_said_of_the_camera_is_kept() {
         let closer = model.found().camera;
         assert!(found.vfov > closer.vfov && found.origin.is_finite());
 
-        let (origin, target) = (DVec3::new(3.0, 1.5, 2.5), DVec3::new(1.5, 0.8, 2.0));
+        let (origin, target) = (DVec3::new(3.0, 1.5, 2.5), DVec3::new(1.5, 0.75, 2.0));
         let from = model.completed(said(
             Unsaid { origin: false, ..Unsaid::ALL },
             CameraDescription { origin, ..Default::default() },

@@ -32,9 +32,9 @@ fn note(here: &Path, arguments: &[&str]) -> String {
 }
 
 /// A vector that the note says.
-fn vector(note: &str, key: &str) -> [f32; 3] {
+fn vector(note: &str, key: &str) -> [f64; 3] {
     let text = note.split(&format!("camera.{key}=[")).nth(1).unwrap_or_else(|| panic!("no {key} in {note}"));
-    let numbers: Vec<f32> = text.split(']').next().unwrap().split(", ").map(|x| x.parse().unwrap()).collect();
+    let numbers: Vec<f64> = text.split(']').next().unwrap().split(", ").map(|x| x.parse().unwrap()).collect();
     numbers.try_into().unwrap()
 }
 
@@ -124,4 +124,26 @@ fn a_camera_is_chosen_by_name() {
     assert!(free.contains("the camera stands") && free.contains("camera.vfov=50"), "{free}");
     let wrong = said_of(here.path(), &scene, &["--camera", "sid"], 1);
     assert!(wrong.contains("scene.toml: there is no camera `sid`: did you mean `side`?"), "{wrong}");
+}
+
+#[test]
+fn a_camera_in_survey_coordinates_is_said_in_them() {
+    let here = folder();
+    write_tower(here.path(), "# Z-up\n");
+    let near = note(here.path(), &[]);
+    let text = std::fs::read_to_string(here.path().join("tower.obj")).unwrap();
+    let moved = text.lines().map(|line| match line.strip_prefix("v ") {
+        Some(rest) => {
+            let p: Vec<f64> = rest.split(' ').map(|x| x.parse().unwrap()).collect();
+            format!("v {} {} {}\n", p[0] + 4_500_000.0, p[1] + 5_600_000.0, p[2] + 300.0)
+        }
+        None => format!("{line}\n"),
+    });
+    std::fs::write(here.path().join("tower.obj"), moved.collect::<String>()).unwrap();
+    let far = note(here.path(), &[]);
+    for key in ["origin", "target"] {
+        let [a, b] = [vector(&near, key), vector(&far, key)];
+        let off = [b[0] - 4_500_000.0 - a[0], b[1] - 5_600_000.0 - a[1], b[2] - 300.0 - a[2]];
+        assert!(off.iter().all(|x| x.abs() < 0.01), "{key}: {near}\n{far}");
+    }
 }

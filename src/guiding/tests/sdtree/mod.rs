@@ -44,6 +44,9 @@ impl Default for SdTreeSettings {
     }
 }
 
+/// Pixels of a picture for which thresholds are taken as they stand.
+const PICTURE: u64 = 1280 * 720;
+
 /// The pair, with leaves by the number of their node.
 struct SdTree(Guide<KdTree, SphereQuadtree>);
 
@@ -109,7 +112,8 @@ impl SdTree {
     }
 
     fn end_iteration(&mut self, spp: u32) {
-        self.0.end_iteration(spp);
+        // of a picture of the size that the threshold is meant for
+        self.0.end_iteration(u64::from(spp) * PICTURE);
     }
 
     /// Leaves that something is known of: all, once anything was learnt.

@@ -42,7 +42,7 @@ fn trained(change: impl FnOnce(&mut GuidingSettings)) -> FullGuide {
     for _ in 0..3 {
         let recorders = [record(&leaves, 10_000, &mut rng), record(&leaves, 30_000, &mut rng)];
         leaves.learn(&recorders.iter().collect::<Vec<_>>());
-        leaves.end_iteration(1);
+        leaves.end_iteration(super::PICTURE);
     }
     leaves
 }

@@ -32,3 +32,18 @@ impl Gathered {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn longer_iterations_count_for_more() {
+        let mut gathered = Gathered::default();
+        gathered.add(&[1.0, 4.0], 1, PathCost { tracing: 5.0, whole: 6.0 });
+        gathered.add(&[4.0, 1.0], 2, PathCost { tracing: 2.0, whole: 3.0 });
+        let Gathered { samples, variances, cost } = gathered.mean();
+        assert_eq!((samples, variances), (3, vec![3.0, 2.0]));
+        assert_eq!((cost.tracing, cost.whole), (3.0, 4.0));
+    }
+}
