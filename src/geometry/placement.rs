@@ -64,7 +64,7 @@ impl Placement {
         inverts && products <= *range.end() && self.doubt() <= LARGEST_DOUBT
     }
 
-    pub(crate) fn to_world(&self) -> Affine3A {
+    pub(crate) fn to_world(self) -> Affine3A {
         self.to_world
     }
 
