@@ -30,8 +30,8 @@ pub struct Guide<S: SpatialPartition = Partition, D: DirectionalModel = Model> {
     memory: usize,
     /// Camera paths of all iterations that ended.
     pub(super) learnt_paths: f64,
-    /// Of the next iteration, until it learns; `None`: as many as of all before.
-    planned_paths: Option<f64>,
+    /// By how much of that the iteration under way, or the next, adds to it; 1 unless it is said.
+    growth: f64,
 }
 
 impl Guide {
@@ -83,7 +83,7 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
             ended: false,
             memory,
             learnt_paths: 0.0,
-            planned_paths: None,
+            growth: 1.0,
         }
     }
 
@@ -103,7 +103,7 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
 
     /// Begins an iteration of `paths` camera paths: the longer it is beside what was learnt, the more of that is forgotten.
     pub fn begin_iteration(&mut self, paths: u64) {
-        self.planned_paths = Some(paths as f64);
+        self.growth = paths as f64 / self.learnt_paths.max(1.0);
     }
 
     /// Learns from what tiles recorded, in their order. The snapshot stays as it is.
@@ -119,8 +119,7 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
     ) -> (&'a Snapshot<S, D>, Vec<UpdateJob<'a, S, D>>) {
         recorders.iter().for_each(|recorder| self.partition.observe(recorder.points()));
         if std::mem::take(&mut self.ended) {
-            let (old, new) = (self.learnt_paths, self.planned_paths.take());
-            let retain = self.schedule.retain(self.rate, new.unwrap_or(old) / old.max(1.0));
+            let retain = self.schedule.retain(self.rate, self.growth);
             self.store.for_each(|model, region| {
                 region.decay(model, retain);
                 region.begin();
@@ -165,7 +164,7 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
 
     /// Whether an iteration that recorded so many transitions has taught enough.
     pub fn has_enough(&self, transitions: u64) -> bool {
-        self.schedule.has_enough(&self.partition, transitions, self.states())
+        self.schedule.has_enough(&self.partition, transitions, self.states(), self.growth)
     }
 
     /// Regions that something is known of.

@@ -6,10 +6,10 @@ use super::spatial::SpatialPartition;
 use super::store::RegionStore;
 use super::{ppg, refinement};
 
-/// Visits of an iteration, on average over the regions, after which divisible partitions stop to learn until the next
-/// one begins. With four times fewer, rooms lit through a gap got a tenth noisier; without end, tables grow and gain
+/// Visits of an iteration that doubles the paths, on average over the regions, after which divisible partitions stop to learn
+/// until the next one begins; of a shorter one, fewer. With four times fewer, rooms lit through a gap got a tenth noisier; without end, tables grow and gain
 /// nothing.
-const VISITS_PER_REGION: u64 = 1024;
+const VISITS_PER_REGION: f64 = 1024.0;
 
 /// A region with fewer visits knows too little to guide.
 const MIN_VISITS: f32 = 16.0;
@@ -39,7 +39,7 @@ impl Schedule {
     pub(super) fn retain(self, rate: Rate, growth: f64) -> f32 {
         match (self, rate) {
             (Schedule::Ppg(_), _) => 0.0,
-            (_, Rate::Forgetting(retain)) => retain.powf((1.0 + growth).log2() as f32),
+            (_, Rate::Forgetting(retain)) => retain.powf(doublings(growth) as f32),
             (_, Rate::Vanishing | Rate::Constant(_)) => 1.0,
         }
     }
@@ -51,9 +51,16 @@ impl Schedule {
 
     /// Whether `transitions` in one iteration have taught so many regions enough. Partitions that do not divide learn from
     /// all: their memory is laid out beforehand, or what they are compared with does so too.
-    pub(super) fn has_enough(self, partition: &impl SpatialPartition, transitions: u64, regions: usize) -> bool {
+    pub(super) fn has_enough(
+        self,
+        partition: &impl SpatialPartition,
+        transitions: u64,
+        regions: usize,
+        growth: f64,
+    ) -> bool {
         let stops = matches!(self, Schedule::Continuous(_)) && partition.cells() > 0;
-        stops && transitions > VISITS_PER_REGION * regions.max(1) as u64
+        let visits = VISITS_PER_REGION * doublings(growth);
+        stops && transitions as f64 > visits * regions.max(1) as f64
     }
 
     /// Mid-iteration snapshots are of guides that learn without end.
@@ -73,4 +80,9 @@ impl Schedule {
             Schedule::Ppg(limits) => ppg::split(partition, store, limits, paths),
         }
     }
+}
+
+/// How often an iteration doubles the paths so far that adds `growth` times as many; once at most, however few came before.
+fn doublings(growth: f64) -> f64 {
+    (1.0 + growth).log2().min(1.0)
 }

@@ -4,7 +4,7 @@ use super::noise::{Noise, OUTLIERS};
 use crate::integrator::{Counters, RouletteNormalisation};
 
 /// Samples per pixel that the guide must have learnt from before it and the picture say enough.
-const MIN_SAMPLES: u32 = 4;
+const MIN_SAMPLES: u32 = 7;
 
 /// Factor on the number of paths that the averages ask for. They lag one iteration behind while the variance falls. Fitted
 /// at equal time, on scenes lit through a gap: better than 0.5 and 1.

@@ -77,7 +77,7 @@ const SEED: &str = "of all random numbers: the same seed and `spp` give the same
 const LAYERS: &str = "what the EXR also holds, each under its name: light apart, which emitters and surroundings send to the camera by \
     themselves, which one surface has scattered, and which several have (together they are the picture); places and normals of the \
     triangles that the camera sees. See [pictures.md](pictures.md#layers)";
-const ORDER: &str = "passes over the whole picture in iterations of growing length, or block after block from the middle outwards, \
+const ORDER: &str = "passes over the whole picture in iterations of doubling length, or block after block from the middle outwards, \
     each with all of its samples: one iteration, so a guide needs `updates = \"online\"` and a grid of strata; not together with `time`";
 const COMBINE: &str = "weights of the iterations' pictures: by inverse estimated variance, relative to the picture that the \
     iteration after makes (where `method` is `\"none\"`, whose samples are all alike, by samples), by samples, or only the last";
@@ -85,7 +85,7 @@ const COMBINE: &str = "weights of the iterations' pictures: by inverse estimated
 /// Which samples come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Passes over the whole picture, in iterations of growing length.
+    /// Passes over the whole picture, in iterations of doubling length.
     Progressive,
     /// One block after the other, each with all of its samples, from the middle outwards: a single iteration.
     Blocks,

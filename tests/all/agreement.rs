@@ -303,7 +303,7 @@ fn auto_with_a_guide() {
     settings.render.combine = Combine::InverseVariance;
     let verdict = loaded.render(&settings).verdict.expect("it was judged");
     assert!(verdict.guided && verdict.trial.is_some(), "the guide was not taken: {verdict:?}");
-    let auto = loaded.runs(&settings, 16, 0);
+    let auto = loaded.runs(&settings, 8, 0);
     let smallest = |runs: &Runs| Row::new(runs, &plain).smallest;
     let level = sidak(FALSE_ALARM, VALUES);
     let planted = auto.scaled(1.05);

@@ -109,6 +109,6 @@ fn rates_fall_with_visits() {
         }
     }
     let [vanishing, constant, forgetting] = [0, 1, 2].map(|k| last(k).reported.rms);
-    assert!(forgetting < vanishing.min(constant), "{forgetting}, {vanishing}, {constant}");
+    assert!(forgetting < vanishing && vanishing < constant, "{forgetting}, {vanishing}, {constant}");
     assert!(matches!(WAYS[2].rate, Rate::Forgetting(_)), "the rates are in this order");
 }

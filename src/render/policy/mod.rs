@@ -8,12 +8,16 @@ pub(crate) use auto::Reason;
 pub(crate) use auto::{Trial, Verdict};
 
 use super::noise::Noise;
-use super::schedule::{doubled, grown};
+use super::schedule::doubled;
 use crate::film::accumulate::Film;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::Counters;
 use crate::io::clock::CpuTime;
 use auto::Auto;
+
+/// Samples per pixel of the first iteration with a guide that was learnt before: enough for a picture by which guided roulette
+/// can go.
+const FIRST_WITH_A_GUIDE: u32 = 2;
 
 /// How the samples of an iteration are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,26 +96,11 @@ pub(super) trait GuidePolicy {
 pub(super) struct Always {
     /// Samples per pixel of the first iteration.
     pub first: u32,
-    pub growth: Growth,
-}
-
-/// How iterations get longer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Growth {
-    /// Each is twice as long as the one before: for a guide that learns from each alone.
-    Doubling,
-    /// By a share of all samples so far.
-    Gradual,
 }
 
 impl GuidePolicy for Always {
     fn next_iteration(&self, history: &History) -> Plan {
-        let samples = match (history.planned, self.growth) {
-            (None, _) => self.first,
-            (Some(planned), Growth::Doubling) => doubled(planned),
-            (Some(_), Growth::Gradual) => grown(history.samples),
-        };
-        Plan { mode: Mode::Guided, samples, continues: false }
+        Plan { mode: Mode::Guided, samples: history.planned.map_or(self.first, doubled), continues: false }
     }
 }
 
@@ -141,8 +130,9 @@ impl Policy {
         match method {
             GuidingMethod::None => Policy::Never(Never),
             GuidingMethod::Auto if !wanted => Policy::Auto(Box::new(Auto::new(timed, pixels))),
-            GuidingMethod::SdTree => Policy::Always(Always { first, growth: Growth::Doubling }),
-            _ => Policy::Always(Always { first: first.min(grown(0)), growth: Growth::Gradual }),
+            // it learns from each iteration alone, so that a short one would be all that it knows
+            GuidingMethod::SdTree => Policy::Always(Always { first }),
+            _ => Policy::Always(Always { first: first.min(FIRST_WITH_A_GUIDE) }),
         }
     }
 

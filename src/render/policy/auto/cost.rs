@@ -23,7 +23,7 @@ pub struct CostMeter {
 }
 
 /// What one camera path costs.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct PathCost {
     /// To trace it.
     pub tracing: f64,

@@ -2,14 +2,13 @@
 //!
 //! A [pilot](pilot) of unguided samples comes first. If too little of its noise is bounced light for any guide to pay, or the
 //! budget is too short to learn in, the rest is rendered without a guide. Else the guide learns, first from one unguided
-//! sample. Its later iterations are trials, one or several together, compared with the pilot by the figure of merit of a Monte Carlo
+//! sample. Each of its later iterations is a trial, compared with the pilot by the figure of merit of a Monte Carlo
 //! estimator, 1/(variance · cost). Gains and losses are counted in unguided samples per pixel. Once the guide does
 //! not win yet, and what it has lost and is [expected](forecast) to lose next is more than a small share of the budget, the
 //! render goes on without it.
 
 mod cost;
 mod forecast;
-mod gathered;
 mod judged;
 mod pilot;
 mod verdict;
@@ -17,19 +16,15 @@ mod verdict;
 pub(crate) use verdict::{Reason, Trial, Verdict};
 
 use super::super::noise::Noise;
-use super::super::schedule::{LONGEST_ITERATION, doubled, grown};
+use super::super::schedule::{LONGEST_ITERATION, doubled};
 use super::{Budget, GuidePolicy, History, Iteration, Mode, Plan};
 use cost::{CostMeter, PathCost};
 use forecast::GainForecast;
-use gathered::Gathered;
 use judged::Comparison;
 use pilot::{Baseline, Pilot, first_samples, more_samples};
 
 /// Samples per pixel from which the guide learns first: as few as with any other policy.
 const FIRST_LESSON: u32 = 1;
-
-/// Samples per pixel of the first trial; each has twice as many as the one before, in one iteration or several.
-const FIRST_TRIAL: u32 = 2;
 
 /// Share of the budget that trials may lose where the relative variance of bounced light is `REFERENCE_VARIANCE` and no gain is
 /// expected. It grows in proportion to that variance, as what a guide may win does, by factors within `LOSS_FACTORS`.
@@ -64,11 +59,6 @@ pub struct Auto {
     spent: f64,
     lost: f64,
     has_learnt: bool,
-    /// Samples per pixel since.
-    guided: u32,
-    /// Iterations of which the next trial consists, so far, and the samples per pixel that it wants.
-    gathered: Gathered,
-    trial_samples: u32,
     reason: Reason,
     /// Relative variance of one unguided sample.
     variance: f64,
@@ -89,7 +79,7 @@ impl GuidePolicy for Auto {
         } else if !self.has_learnt {
             (Mode::Guided, FIRST_LESSON)
         } else {
-            (Mode::Guided, grown(self.guided))
+            (Mode::Guided, doubled.unwrap_or(FIRST_LESSON))
         };
         Plan { mode, samples, continues: !self.has_learnt }
     }
@@ -109,13 +99,7 @@ impl GuidePolicy for Auto {
         };
         let cost = self.meter.of_path(iteration.counters, iteration.learning);
         if self.has_learnt {
-            self.guided += iteration.samples;
-            self.gathered.add(&variances, iteration.samples, cost);
-            if self.gathered.samples >= self.trial_samples {
-                self.trial_samples = 2 * self.gathered.samples;
-                let Gathered { samples, variances, cost } = std::mem::take(&mut self.gathered).mean();
-                self.judge(noise, &variances, samples, cost);
-            }
+            self.judge(noise, &variances, iteration.samples, cost);
         } else {
             self.first_lesson(variances, iteration.all_samples, iteration.samples, cost);
         }
@@ -146,9 +130,6 @@ impl Auto {
             spent: 0.0,
             lost: 0.0,
             has_learnt: false,
-            guided: 0,
-            gathered: Gathered::default(),
-            trial_samples: FIRST_TRIAL,
             reason: Reason::Promising,
             variance: 0.0,
             trial: None,

@@ -53,7 +53,7 @@ fn tried(budget: f64, trials: &[(f64, u64)]) -> Auto {
     let mut auto = begun(10.0, budget);
     assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: 1, continues: true });
     auto.first_lesson(vec![20.0; PIXELS as usize], 17, 1, cost(&auto, &counters(5)));
-    assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: FIRST_TRIAL, continues: false });
+    assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: 8, continues: false });
     for (k, &(variance, rays)) in trials.iter().enumerate() {
         if auto.uses_guide() {
             auto.judge(&noise(20.0), &vec![variance; PIXELS as usize], 2 << k, cost(&auto, &counters(rays)));
