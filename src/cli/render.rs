@@ -15,6 +15,7 @@ use crate::guiding::settings::GuidingMethod;
 use crate::image::Rectangle;
 use crate::image::{Exposure, Image, Tone, ViewTransform};
 use crate::inspect::Layers;
+use crate::io::clock::WallClock;
 use crate::render::guide_file::{self, GuideFingerprint};
 use crate::render::{GuideIo, Rendering, Settings, Stop, render_until};
 use crate::scene::description::{CameraDescription, Projection};
@@ -24,7 +25,6 @@ use clap::Args;
 use glam::{DVec3, Vec3};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Instant;
 
 /// Warnings that are printed; of more only the number is.
 const WARNINGS: usize = 20;
@@ -119,7 +119,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     // Whoever lacks the library learns it now and not when hours are gone.
     let denoiser = arguments.denoise.then(|| Denoiser::new(rayon::current_num_threads())).transpose()?;
     let bar = Bar::of(show, Stage::Loading);
-    let load = Instant::now();
+    let load = WallClock::start();
     let (scene, more_warnings) =
         description.load_scene_watched(Device::new(threads)?, &|stage| bar.stage(stage.into()))?;
     let load_seconds = load.elapsed().as_secs_f64();
@@ -214,7 +214,7 @@ pub(super) fn view(film: &FilmSettings, rendering: &Rendering, denoised: Option<
 /// The picture without its noise.
 fn denoised(denoiser: &Denoiser, rendering: &Rendering, bar: &Bar) -> Result<Denoised> {
     bar.stage(Stage::Denoising);
-    let (start, e) = (Instant::now(), &rendering.estimate);
+    let (start, e) = (WallClock::start(), &rendering.estimate);
     let (albedo, normal): (Vec<_>, Vec<_>) = e.features.iter().map(|f| (f.albedo, f.normal)).unzip();
     let image = denoiser.denoise(&beauty(e), &Features { albedo: &albedo, normal: &normal })?;
     Ok(Denoised { image, seconds: start.elapsed().as_secs_f64(), by: denoiser.version().to_string() })

@@ -11,12 +11,12 @@ use crate::bsdf::CoatTables;
 use crate::embree::Device;
 use crate::film::FilmSettings;
 use crate::film::accumulate::BYTES_PER_PIXEL;
+use crate::io::clock::WallClock;
 use crate::io::memory;
 use crate::light::{Findings, Light, LightUnit};
 use crate::texture::{Texture, TextureCache};
 use crate::{Error, Result};
 use std::sync::Arc;
-use std::time::Instant;
 
 /// What loading is busy with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +95,7 @@ impl Scene {
         let content_hash = content_hash(description, &hashes, &materials, &mut cache, &found.pictures)?;
         let textures = Arc::new(cache.into_textures());
         watch(LoadStage::Building);
-        let start = Instant::now();
+        let start = WallClock::start();
         let build = Build { device, robust: options.robust, materials: &resolved, textures: &textures };
         let (meshes, instances, geometry) = build.world(description, meshes)?;
         let build_seconds = start.elapsed().as_secs_f64();
