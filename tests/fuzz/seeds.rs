@@ -88,15 +88,16 @@ pub const TOML: [&str; 3] = [
      [material.wood]\ntype = 'plastic'\nreflectance = { texture = 'a.png', scale = [4, 4], nearest = true }\nalpha = 0.05\n\
      opacity = { texture = 'a.png', channel = 'luminance' }\n\
      [material.glow]\ntype = 'diffuse'\nemission = [1, 2, 3]\nemission_two_sided = true\n\
-     [material.Gold]\ntype = 'conductor'\neta = [0.1, 0.3, 1.4]\nk = [3.9, 2.3, 1.6]\nalpha = 0.1\ndistribution = 'beckmann'\n\
+     [material.'a b']\ntype = 'conductor'\neta = [0.1, 0.3, 1.4]\nk = [3.9, 2.3, 1.6]\nalpha = 0.1\ndistribution = 'beckmann'\n\
      [[light]]\ntype = 'environment'\npath = 'sky.exr'\nscale = 0.5\nrotate_y = 90\n\
      [[light]]\ntype = 'directional'\ndirection = [0, -1, 0.25]\nirradiance = 3\n",
     "[film]\nwidth = 4\nheight = 4\n[[mesh]]\npath = 'input.obj'\n[material.wood]\ntype = 'principled'\nbase_color = [0.2, 0.3, 0.4]\n\
      metallic = 0.5\nroughness = 0.3\nspecular = 0.5\nclearcoat = 1\nsheen = 0.5\n\
      [material.glow]\ntype = 'diffuse_transmitter'\nreflectance = 0.2\ntransmittance = 0.3\nopacity = 0.5\n\
      [[light]]\ntype = 'point'\nposition = [0, 3, 0]\nintensity = 10\n[[light]]\ntype = 'constant'\nradiance = 1\n\
+     [[light]]\ntype = 'sun'\ndirection = [0, -1, 0.2]\nirradiance = 3\nangular_diameter = 5\n\
      [guiding]\nmethod = 'voronoi'\nmemory = '16 MiB'\ntable = 'sphere'\nstrata = 8\nsites = 100\n[integrator]\nmax_depth = 4\nroulette = 'none'\n\
-     [render]\nspp = 1\nseed = 7\n",
+     [render]\nspp = 1\nseed = 7\nlayers = ['direct', 'P']\n",
 ];
 
 pub const TOML_WORDS: [&[u8]; 40] = [
