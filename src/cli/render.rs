@@ -11,6 +11,7 @@ use crate::embree::Device;
 use crate::film::{FilmSettings, MAX_SIDE};
 use crate::format;
 use crate::format::SceneFile;
+use crate::format::reference::help;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::Rectangle;
 use crate::image::{Exposure, Image, Tone, ViewTransform};
@@ -57,12 +58,9 @@ pub(crate) struct RenderArguments {
     /// Renders a part of the picture alone, in pixels from the upper left of the whole as --size and --scale leave it.
     #[arg(long, value_name = "X,Y,W,H", value_parser = amounts::rectangle)]
     crop: Option<Rectangle>,
-    /// Samples per pixel, over all iterations, for example 64 or 1k. [default: the scene file's, else 64]
-    #[arg(long, value_name = "N", value_parser = amounts::count_u32)]
+    #[arg(long, value_name = "N|1k", value_parser = amounts::count_u32, help = help("render.spp"))]
     spp: Option<u32>,
-    /// Seconds to render for, or such as 1m or 1h30m; all that happens after loading counts. Without --spp, time alone
-    /// decides. All pixels get one sample at least.
-    #[arg(long, value_name = "TIME", value_parser = amounts::seconds)]
+    #[arg(long, value_name = "SECONDS|1m30s", value_parser = amounts::seconds, help = help("render.time"))]
     time: Option<f64>,
     /// Begins with what an earlier render of this scene learnt, whatever its camera.
     #[arg(long, value_name = "FILE")]
@@ -73,13 +71,9 @@ pub(crate) struct RenderArguments {
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
     #[arg(long)]
     guide_layers: bool,
-    /// Adds layers to the EXR, with commas between: light apart (emission, direct, indirect), P (places), N (normals of
-    /// triangles), cryptomatte.
-    #[arg(long, value_name = "LAYERS", value_delimiter = ',')]
+    #[arg(long, value_name = "LAYERS", value_delimiter = ',', help = help("render.layers"))]
     layers: Vec<String>,
-    /// Stops by which the PNG is brightened, or auto: by its log-average luminance, highlights kept. [default: the scene
-    /// file's, else 0; auto for a model]
-    #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true, help = help("film.exposure"))]
     exposure: Option<Exposure>,
     /// Tone curve of the PNG: srgb (clamped), agx or aces (filmic). [default: the scene file's, else srgb;
     /// agx for a model]

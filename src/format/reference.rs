@@ -114,5 +114,31 @@ pub(crate) fn help(path: &str) -> String {
     let of = sections().into_iter().find(|section| section.heading.trim_matches(['[', ']']) == name);
     let info = of.and_then(|section| section.keys.into_iter().find(|info| info.key.name == key));
     let info = info.unwrap_or_else(|| panic!("no key {path}"));
-    format!("{} [default: the scene file's {path}, else {}]", info.meaning().replace('`', ""), info.default)
+    let unit = if info.key.unit.is_empty() { String::new() } else { format!("{}: ", info.key.unit) };
+    let meaning = without_links(&info.meaning().replace('`', ""));
+    format!("{unit}{meaning} [default: the scene file's {path}, else {}]", info.default)
+}
+
+/// Markdown links as their words alone: `[pictures.md](pictures.md#layers)` is `pictures.md`.
+fn without_links(text: &str) -> String {
+    let mut parts = text.split("](");
+    let first = parts.next().unwrap_or_default().to_string();
+    let plain = parts.fold(first, |all, part| all + part.split_once(')').map_or(part, |(_, rest)| rest));
+    plain.replace('[', "")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn help_has_units_and_no_markdown() {
+        assert!(
+            help("render.spp").starts_with("samples per pixel: over all iterations [default: "),
+            "{}",
+            help("render.spp")
+        );
+        assert!(help("render.layers").contains("See pictures.md [default"), "{}", help("render.layers"));
+        assert_eq!(without_links("see [a](b#c) and [d](e)."), "see a and d.");
+    }
 }
