@@ -76,16 +76,7 @@ impl Radiance {
         let distribution = summary.map(|summary| guide.field().distribution(summary, seen.normal()));
         let fraction = summary.map_or(1.0, |summary| summary.bsdf_fraction);
         let tracer = Tracer {
-            integrator: PathIntegrator {
-                scene,
-                settings,
-                guide: None,
-                seed,
-                features: false,
-                ids: false,
-                bounced: false,
-                layers: &[],
-            },
+            integrator: PathIntegrator::plain(scene, settings, seed),
             seen,
             // what paths go on by at the point, as the guide now is
             mixture: Mixture::new(&seen.bsdf, distribution.as_ref(), fraction, lobes),

@@ -54,7 +54,12 @@ pub(crate) struct GuideUse<'a> {
     pub(crate) efficiency: Option<&'a RouletteNormalisation>,
 }
 
-impl PathIntegrator<'_> {
+impl<'a> PathIntegrator<'a> {
+    /// A plain path tracer: no guide, and nothing but the picture.
+    pub(crate) fn plain(scene: &'a Scene, settings: &'a IntegratorSettings, seed: u64) -> PathIntegrator<'a> {
+        PathIntegrator { scene, settings, guide: None, seed, features: false, ids: false, bounced: false, layers: &[] }
+    }
+
     /// Renders one task.
     pub(crate) fn render(&self, task: &Task, batch: &mut Batch) -> BatchResult {
         self.render_probed(task, batch, &mut (), &Stop::new()).expect("a task that nobody stops is finished")

@@ -96,16 +96,7 @@ fn look(scene: &Scene, settings: &Settings, state: &RenderState, columns: [u32; 
     let efficiency = state.roulette.as_ref();
     assert!(efficiency.is_some(), "roulette goes by the picture");
     let guide = GuideUse { field: guide.field(), settings: &settings.guiding, learn: false, efficiency };
-    let integrator = PathIntegrator {
-        scene,
-        settings: &settings.integrator,
-        guide: Some(guide),
-        seed: 1,
-        features: false,
-        ids: false,
-        bounced: false,
-        layers: &[],
-    };
+    let integrator = PathIntegrator { guide: Some(guide), ..PathIntegrator::plain(scene, &settings.integrator, 1) };
     const SAMPLES: u32 = 2048;
     let result = integrator.render(&Task { tile, first_sample: 1 << 20, samples: SAMPLES }, &mut Batch::new());
     let pixels = tile.pixels() as f64;

@@ -27,16 +27,7 @@ fn load(obj: &str, toml: &str) -> crate::Result<Scene> {
 
 fn render(scene: &Scene, samples: u32) -> TileSamples {
     let settings = &Default::default();
-    let integrator = PathIntegrator {
-        scene,
-        settings,
-        guide: None,
-        seed: 1,
-        features: true,
-        ids: false,
-        layers: &[],
-        bounced: false,
-    };
+    let integrator = PathIntegrator { features: true, ..PathIntegrator::plain(scene, settings, 1) };
     let task = Task { tile: Tile { x: 0, y: 0, width: SIZE, height: SIZE }, first_sample: 0, samples };
     integrator.render(&task, &mut Batch::new()).samples
 }

@@ -1,7 +1,6 @@
 //! Lamps that are seen through in part: what rays see of them is what next-event estimation must see.
 
-use crate::common::{Loaded, mean_color, written};
-use phototaxis::film::accumulate::Estimate;
+use crate::common::{Loaded, mean_and_error, written};
 use phototaxis::render::Settings;
 use phototaxis::stats::sidak;
 use phototaxis::stats::ztest::{p_value, z_one_mean};
@@ -54,11 +53,6 @@ const WAYS: [Way; 3] = [
     ("next-event estimation", |s| s.integrator.mis = false),
     ("MIS", |_| {}),
 ];
-
-fn mean_and_error(picture: &Estimate) -> (f64, f64) {
-    let variance: f64 = picture.variance.iter().map(|v| v.x as f64).sum();
-    (mean_color(&picture.mean)[0], variance.sqrt() / picture.variance.len() as f64)
-}
 
 #[test]
 fn lamps_of_any_opacity_light_as_much_however_they_are_found() {

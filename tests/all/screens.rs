@@ -1,7 +1,6 @@
 //! Lamps that shine by a picture: screens, and windows of a painted model. However they are found, a floor below is lit as much.
 
-use crate::common::{Loaded, load, mean_color, written};
-use phototaxis::film::accumulate::Estimate;
+use crate::common::{Loaded, load, mean_and_error, written};
 use phototaxis::guiding::settings::GuidingMethod;
 use phototaxis::render::Settings;
 use phototaxis::stats::sidak;
@@ -70,11 +69,6 @@ const WAYS: [Way; 4] = [
     ("MIS", |_| {}),
     ("a guide", |s| s.guiding.method = GuidingMethod::Grid),
 ];
-
-fn mean_and_error(picture: &Estimate) -> (f64, f64) {
-    let variance: f64 = picture.variance.iter().map(|v| v.x as f64).sum();
-    (mean_color(&picture.mean)[0], variance.sqrt() / picture.variance.len() as f64)
-}
 
 #[test]
 fn screens_light_as_much_however_they_are_found() {

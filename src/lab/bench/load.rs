@@ -103,16 +103,7 @@ fn first_pixel(description: &SceneFile, threads: usize) -> Result<(f64, Scene)> 
     let start = WallClock::start();
     let (scene, _) = description.load_scene(threads)?;
     let settings = settings(description, GuidingMethod::None);
-    let integrator = PathIntegrator {
-        scene: &scene,
-        settings: &settings.integrator,
-        guide: None,
-        seed: 0,
-        features: false,
-        ids: false,
-        bounced: false,
-        layers: &[],
-    };
+    let integrator = PathIntegrator::plain(&scene, &settings.integrator, 0);
     let tile = Tile { x: scene.camera.width / 2, y: scene.camera.height / 2, width: 1, height: 1 };
     let result = integrator.render(&Task { tile, first_sample: 0, samples: 1 }, &mut Batch::new());
     std::hint::black_box(result.samples.sum[0]);

@@ -20,16 +20,7 @@ fn boxes() -> [SceneFile; 2] {
 fn picture(file: &SceneFile) -> (Vec<Rgb>, String) {
     let scene = file.load_scene(1).unwrap().0;
     let (settings, guide) = (&file.integrator, None);
-    let integrator = PathIntegrator {
-        scene: &scene,
-        settings,
-        guide,
-        seed: 1,
-        features: false,
-        ids: false,
-        bounced: false,
-        layers: &[],
-    };
+    let integrator = PathIntegrator { guide, ..PathIntegrator::plain(&scene, settings, 1) };
     let task = Task { tile: Tile { x: 0, y: 0, width: 24, height: 24 }, first_sample: 0, samples: 2 };
     (integrator.render(&task, &mut Batch::new()).samples.sum, scene.hash_text())
 }

@@ -69,16 +69,7 @@ fn assert_same_view(a: &Scene, b: &Scene, what: &str) {
 
 fn light(scene: &Scene) -> Rgb {
     let settings = &Default::default();
-    let integrator = PathIntegrator {
-        scene,
-        settings,
-        guide: None,
-        seed: 1,
-        features: false,
-        ids: false,
-        layers: &[],
-        bounced: false,
-    };
+    let integrator = PathIntegrator::plain(scene, settings, 1);
     let task = Task { tile: Tile { x: 0, y: 0, width: SIZE, height: SIZE }, first_sample: 0, samples: 16 };
     integrator.render(&task, &mut Batch::new()).samples.sum.iter().sum::<Rgb>() / (16 * SIZE * SIZE) as f32
 }

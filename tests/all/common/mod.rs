@@ -193,3 +193,9 @@ pub fn mean_color(pixels: &[Rgb]) -> [f64; 3] {
     let sum = pixels.iter().fold([0.0; 3], |sum, p| [0, 1, 2].map(|c| sum[c] + p[c] as f64));
     sum.map(|s: f64| s / pixels.len() as f64)
 }
+
+/// Mean of the red channel over the picture, with its standard error.
+pub fn mean_and_error(picture: &Estimate) -> (f64, f64) {
+    let variance: f64 = picture.variance.iter().map(|v| v.x as f64).sum();
+    (mean_color(&picture.mean)[0], variance.sqrt() / picture.variance.len() as f64)
+}

@@ -26,16 +26,7 @@ fn bounced_light_is_what_direct_light_leaves() {
         let render = |max_depth| {
             let settings =
                 crate::integrator::IntegratorSettings { next_event, max_depth, ..settings.integrator.clone() };
-            let integrator = PathIntegrator {
-                scene: &scene,
-                settings: &settings,
-                guide: None,
-                seed: 1,
-                features: false,
-                ids: false,
-                bounced: true,
-                layers: &[],
-            };
+            let integrator = PathIntegrator { bounced: true, ..PathIntegrator::plain(&scene, &settings, 1) };
             integrator.render(&task, &mut Batch::new())
         };
         let (all, direct) = (render(settings.integrator.max_depth), render(direct_depth));
