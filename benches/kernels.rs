@@ -7,7 +7,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::Vec3;
 use phototaxis::bsdf::{
-    BsdfDescription, BsdfModel, CoatTables, ConductorParameters, DielectricParameters, DiffuseParameters,
+    BsdfDescription, BsdfModel, BsdfTables, ConductorParameters, DielectricParameters, DiffuseParameters,
     MicrofacetDistribution, PlasticParameters, PrincipledParameters,
 };
 use phototaxis::geometry::{Attribute, Hit, Indices, Mesh, SurfaceInteraction};
@@ -158,6 +158,7 @@ fn model(kind: &str) -> BsdfModel {
             specular_reflectance: white.clone(),
             alpha,
             distribution,
+            energy_conserving: false,
         })
     };
     let glass = |alpha| {
@@ -200,7 +201,7 @@ fn model(kind: &str) -> BsdfModel {
             ..PrincipledParameters::default()
         }),
     };
-    BsdfModel::new(&description, false, &mut CoatTables::default()).expect("all numbers are in their domains")
+    BsdfModel::new(&description, false, &mut BsdfTables::default()).expect("all numbers are in their domains")
 }
 
 fn above(rng: &mut Rng) -> Vec3 {

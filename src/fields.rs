@@ -40,6 +40,11 @@ pub(crate) trait FieldVisitor {
     /// A picture in a file: linear radiance.
     fn picture(&mut self, key: Key, slot: &mut PathBuf) -> Result<(), Self::Error>;
 
+    /// A flag that is younger than scenes' hashes: `false` leaves them as they were.
+    fn added_flag(&mut self, key: Key, slot: &mut bool) -> Result<(), Self::Error> {
+        self.flag(key, slot)
+    }
+
     /// That fields go together. `message` says what is wrong where they do not; it is about the first of `keys` that is
     /// given.
     fn check(&mut self, _holds: bool, _keys: &[&str], _message: &str) -> Result<(), Self::Error> {

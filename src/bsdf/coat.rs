@@ -2,15 +2,8 @@
 
 use super::fresnel;
 use super::microfacet::Microfacet;
-use crate::bsdf::MicrofacetDistribution;
+use super::table::{NODES, cosine_mean, interpolate, node, visible_normals};
 use glam::Vec3;
-use std::collections::HashMap;
-use std::sync::Arc;
-
-/// Nodes of the tables, equidistant in cosθ from 0 to 1.
-const NODES: usize = 64;
-/// Points of the quadrature over visible normals: half the turn (the other half is its mirror image) × radius.
-const POINTS: [usize; 2] = [24, 64];
 
 /// Directional albedos of a rough interface (single scattering), as in Mitsuba's `roughplastic`.
 #[derive(Debug)]
@@ -83,25 +76,6 @@ impl CoatTable {
     }
 }
 
-/// Builds each table once.
-#[derive(Debug, Default)]
-pub struct CoatTables(HashMap<(u32, u32, bool, bool), Arc<CoatTable>>);
-
-impl CoatTables {
-    /// [`CoatTable::conserving`] or [`CoatTable::new`].
-    pub(crate) fn get(
-        &mut self,
-        eta: f32,
-        alpha: f32,
-        kind: MicrofacetDistribution,
-        conserving: bool,
-    ) -> Arc<CoatTable> {
-        let key = (eta.to_bits(), alpha.to_bits(), kind == MicrofacetDistribution::Ggx, conserving);
-        let build = if conserving { CoatTable::conserving } else { CoatTable::new };
-        self.0.entry(key).or_insert_with(|| Arc::new(build(eta, Microfacet::new(kind, alpha)))).clone()
-    }
-}
-
 #[derive(Clone, Copy)]
 struct Albedos {
     reflected: f32,
@@ -113,51 +87,14 @@ struct Albedos {
 fn albedos(microfacet: &Microfacet, cos: f32, eta: f32) -> Albedos {
     let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
     let (mut reflected, mut transmitted) = (0.0, 0.0);
-    for (u0, w0) in points(POINTS[0]) {
-        for (u1, w1) in points(POINTS[1]) {
-            let m = microfacet.sample_visible(wo, [0.5 * u0, u1]);
-            let (f, cos_t) = fresnel::dielectric(wo.dot(m).max(0.0), eta);
-            let (r, t) = (fresnel::reflect(wo, m), fresnel::refract(wo, m, cos_t, eta));
-            let weight = w0 * w1;
-            reflected += if r.z > 0.0 { weight * f * microfacet.g1(r) } else { 0.0 };
-            transmitted += if t.z < 0.0 { weight * (1.0 - f) * microfacet.g1(t) } else { 0.0 };
-        }
+    for (u, weight) in visible_normals() {
+        let m = microfacet.sample_visible(wo, u);
+        let (f, cos_t) = fresnel::dielectric(wo.dot(m).max(0.0), eta);
+        let (r, t) = (fresnel::reflect(wo, m), fresnel::refract(wo, m, cos_t, eta));
+        reflected += if r.z > 0.0 { weight * f * microfacet.g1(r) } else { 0.0 };
+        transmitted += if t.z < 0.0 { weight * (1.0 - f) * microfacet.g1(t) } else { 0.0 };
     }
     Albedos { reflected, transmitted }
-}
-
-/// Points and weights on [0, 1]: midpoints in s with u = s²(3 − 2s), dense at both ends, where normals are extreme.
-fn points(n: usize) -> impl Iterator<Item = (f32, f32)> {
-    let n = n as f32;
-    // the weights 6s(1 − s)/n sum to this much
-    let sum = 1.0 + 0.5 / (n * n);
-    (0..n as usize).map(move |i| {
-        let s = (i as f32 + 0.5) / n;
-        (s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s) / (n * sum))
-    })
-}
-
-/// Cosine of a node; the first is moved off the horizon.
-fn node(i: usize) -> f32 {
-    (i as f32 / (NODES - 1) as f32).max(1e-6)
-}
-
-#[inline]
-fn interpolate(table: &[f32; NODES], cos: f32) -> f32 {
-    let x = cos.clamp(0.0, 1.0) * (NODES - 1) as f32;
-    let i = (x as usize).min(NODES - 2);
-    let t = x - i as f32;
-    table[i] + t * (table[i + 1] - table[i])
-}
-
-/// 2∫f(µ)µ dµ of the interpolated table, exactly.
-fn cosine_mean(table: &[f32; NODES]) -> f32 {
-    let step = 1.0 / (NODES - 1) as f32;
-    let piece = |i: usize| {
-        let (a, b, x) = (table[i], table[i + 1], i as f32);
-        (3.0 * x * (a + b) + a + 2.0 * b) / 3.0
-    };
-    (0..NODES - 1).map(piece).sum::<f32>() * step * step
 }
 
 /// Twice the mean of f(µ)µ over the nodes.

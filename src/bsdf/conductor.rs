@@ -5,7 +5,7 @@ use super::microfacet::Microfacet;
 use super::mirror::MirrorModel;
 use super::model::{BsdfParameters, out_of_domain};
 use super::rough_conductor::RoughConductorModel;
-use super::{CoatTables, MicrofacetDistribution, Model, fresnel};
+use super::{BsdfTables, MicrofacetDistribution, Model, fresnel};
 use crate::Result;
 use crate::document::{NOT_NEGATIVE, POSITIVE, key};
 use crate::fields::{FieldVisitor, Fields};
@@ -21,12 +21,15 @@ pub struct ConductorParameters {
     /// Roughness of the microfacet distribution; 0 is smooth.
     pub alpha: f32,
     pub distribution: MicrofacetDistribution,
+    /// Light that facets send to each other comes back.
+    pub energy_conserving: bool,
 }
 
 impl Default for ConductorParameters {
     fn default() -> ConductorParameters {
         let distribution = MicrofacetDistribution::Ggx;
-        ConductorParameters { eta_k: None, specular_reflectance: ColorTexture::grey(1.0), alpha: 0.0, distribution }
+        let specular_reflectance = ColorTexture::grey(1.0);
+        ConductorParameters { eta_k: None, specular_reflectance, alpha: 0.0, distribution, energy_conserving: false }
     }
 }
 
@@ -37,7 +40,10 @@ impl Fields for ConductorParameters {
         let k = key("k", "its imaginary part").optional();
         visitor.color_pair([(eta, POSITIVE), (k, NOT_NEGATIVE)], &mut self.eta_k)?;
         visitor.texture(key("specular_reflectance", "multiplies the reflection"), &mut self.specular_reflectance)?;
-        rough(visitor, "roughness", &mut self.alpha, &mut self.distribution)
+        rough(visitor, "roughness", &mut self.alpha, &mut self.distribution)?;
+        let meaning = "light that facets send to each other comes back, so that a rough metal is as bright as a smooth one (multiple \
+                       scattering)";
+        visitor.added_flag(key("energy_conserving", meaning), &mut self.energy_conserving)
     }
 }
 
@@ -45,11 +51,15 @@ impl BsdfParameters for ConductorParameters {
     const NUMBER: u32 = 3;
     const OPAQUE: bool = true;
 
-    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+    fn model(&self, tables: &mut BsdfTables) -> Result<Model> {
         let metal = checked_metal(self.eta_k)?;
         Ok(match checked_alpha(self.alpha)? {
             0.0 => MirrorModel(metal).into(),
-            alpha => RoughConductorModel { metal, microfacet: Microfacet::new(self.distribution, alpha) }.into(),
+            alpha => {
+                let microfacet = Microfacet::new(self.distribution, alpha);
+                let multiple = self.energy_conserving.then(|| tables.loss(&microfacet));
+                RoughConductorModel::new(metal, microfacet, multiple).into()
+            }
         })
     }
 }
@@ -82,5 +92,12 @@ impl Metal {
             Metal::Perfect => Rgb::ONE,
             Metal::Index { eta, k } => fresnel::conductor(cos, eta, k),
         }
+    }
+
+    /// Its mean over directions, 2∫F µ dµ.
+    pub fn mean_fresnel(&self) -> Rgb {
+        const STEPS: usize = 256;
+        let midpoint = |i: usize| (i as f32 + 0.5) / STEPS as f32;
+        (0..STEPS).map(midpoint).map(|cos| self.fresnel(cos) * cos).sum::<Rgb>() * (2.0 / STEPS as f32)
     }
 }

@@ -4,7 +4,7 @@ use super::interface::{checked_alpha, checked_eta, indices, rough};
 use super::microfacet::Microfacet;
 use super::model::{BsdfParameters, Prepared, checked_color};
 use super::rough_dielectric::RoughDielectric;
-use super::{BLACK, BsdfSample, CoatTables, MicrofacetDistribution, Model, Scatter, choice, fresnel};
+use super::{BLACK, BsdfSample, BsdfTables, MicrofacetDistribution, Model, Scatter, choice, fresnel};
 use crate::document::{UNIT, key};
 use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
@@ -56,7 +56,7 @@ impl BsdfParameters for DielectricParameters {
     const NUMBER: u32 = 4;
     const OPAQUE: bool = false;
 
-    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+    fn model(&self, _tables: &mut BsdfTables) -> Result<Model> {
         let eta = checked_eta(self.int_ior, self.ext_ior)?;
         let alpha = checked_alpha(self.alpha)?;
         let (reflectance, transmittance) = (self.specular_reflectance, self.specular_transmittance);

@@ -1,7 +1,7 @@
 //! Lambert's law.
 
 use super::model::{BsdfParameters, Prepared};
-use super::{BLACK, Bsdf, BsdfSample, CoatTables, DIFFUSE, Model, Scatter, mirrored};
+use super::{BLACK, Bsdf, BsdfSample, BsdfTables, DIFFUSE, Model, Scatter, mirrored};
 use crate::Result;
 use crate::document::key;
 use crate::fields::{FieldVisitor, Fields};
@@ -33,7 +33,7 @@ impl BsdfParameters for DiffuseParameters {
     const NUMBER: u32 = 1;
     const OPAQUE: bool = true;
 
-    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+    fn model(&self, _tables: &mut BsdfTables) -> Result<Model> {
         Ok(DiffuseModel.into())
     }
 }

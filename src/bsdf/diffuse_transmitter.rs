@@ -1,7 +1,7 @@
 //! Leaves and paper: Lambertian on both sides.
 
 use super::model::{BsdfParameters, Prepared};
-use super::{BLACK, BsdfSample, CoatTables, DIFFUSE, Model, Scatter, choice};
+use super::{BLACK, BsdfSample, BsdfTables, DIFFUSE, Model, Scatter, choice};
 use crate::Result;
 use crate::document::key;
 use crate::fields::{FieldVisitor, Fields};
@@ -44,7 +44,7 @@ impl BsdfParameters for DiffuseTransmitterParameters {
     const NUMBER: u32 = 2;
     const OPAQUE: bool = false;
 
-    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+    fn model(&self, _tables: &mut BsdfTables) -> Result<Model> {
         Ok(DiffuseTransmitterModel.into())
     }
 }

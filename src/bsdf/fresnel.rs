@@ -50,6 +50,12 @@ pub fn schlick_weight(cos: f32) -> f32 {
     m2 * m2 * m
 }
 
+/// Mean over directions, 2∫F µ dµ, of Schlick's reflectance r0 + (1 − r0)(1 − µ)⁵.
+#[inline]
+pub fn schlick_mean(r0: Rgb) -> Rgb {
+    r0 + (Rgb::ONE - r0) / 21.0
+}
+
 /// `w` mirrored about the unit normal `m`.
 #[inline]
 pub fn reflect(w: Vec3, m: Vec3) -> Vec3 {

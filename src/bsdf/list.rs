@@ -55,8 +55,8 @@ macro_rules! bsdfs {
                 match self { $(BsdfDescription::$Type(_) => $Parameters::NUMBER,)* }
             }
 
-            fn model(&self, coats: &mut CoatTables) -> Result<Model> {
-                match self { $(BsdfDescription::$Type(p) => p.model(coats),)* }
+            fn model(&self, tables: &mut BsdfTables) -> Result<Model> {
+                match self { $(BsdfDescription::$Type(p) => p.model(tables),)* }
             }
         }
 

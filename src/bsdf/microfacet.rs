@@ -42,6 +42,10 @@ impl Microfacet {
         self.alpha
     }
 
+    pub fn kind(&self) -> MicrofacetDistribution {
+        self.kind
+    }
+
     /// D(m): area of facets per area of surface and steradian (Walter et al. 2007, eqs. 25 and 33).
     #[inline]
     pub fn d(&self, m: Vec3) -> f32 {

@@ -2,7 +2,7 @@
 
 use super::conductor::Metal;
 use super::model::{BsdfParameters, Prepared};
-use super::{BLACK, BsdfSample, CoatTables, Model, Scatter};
+use super::{BLACK, BsdfSample, BsdfTables, Model, Scatter};
 use crate::Result;
 use crate::document::key;
 use crate::fields::{FieldVisitor, Fields};
@@ -32,7 +32,7 @@ impl BsdfParameters for MirrorParameters {
     const NUMBER: u32 = 7;
     const OPAQUE: bool = true;
 
-    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+    fn model(&self, _tables: &mut BsdfTables) -> Result<Model> {
         Ok(MirrorModel(Metal::Perfect).into())
     }
 }

@@ -22,6 +22,7 @@ mod interface;
 mod lanes;
 mod mirror;
 mod model;
+mod multiple_scattering;
 mod null;
 mod plastic;
 mod point;
@@ -30,8 +31,9 @@ mod rough_conductor;
 mod rough_dielectric;
 mod rough_plastic;
 mod shading_normal;
+mod table;
+mod tables;
 
-pub use coat::CoatTables;
 pub(crate) use diffuse::DiffuseLanes;
 pub(crate) use lanes::BsdfLanes;
 pub use microfacet::MicrofacetDistribution;
@@ -39,6 +41,7 @@ pub use model::BsdfModel;
 pub(crate) use model::{color_textures, share_textures};
 pub(crate) use point::Bsdf;
 pub use principled::PrincipledMaps;
+pub use tables::BsdfTables;
 
 use crate::Result;
 use crate::fields::{FieldVisitor, Fields};
@@ -59,7 +62,7 @@ bsdfs! {
     "plastic" = Plastic(plastic::PlasticParameters)
         => Plastic(plastic::PlasticModel), RoughPlastic(rough_plastic::RoughPlasticModel);
     "principled" = Principled(principled::PrincipledParameters)
-        => Principled(principled::PrincipledLobes), TexturedPrincipled(principled::TexturedPrincipledModel);
+        => Principled(principled::PrincipledModel), TexturedPrincipled(principled::TexturedPrincipledModel);
     "null" = Null(null::NullParameters) => Null(null::Null);
 }
 

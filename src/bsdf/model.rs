@@ -1,6 +1,6 @@
 //! From what a scene file says of a material to the BSDF at a point: everything but the colours is prepared once.
 
-use super::{Bsdf, BsdfDescription, BsdfKind, CoatTables, Model, Scatter};
+use super::{Bsdf, BsdfDescription, BsdfKind, BsdfTables, Model, Scatter};
 use crate::fields::{Fields, each_share, each_texture};
 use crate::math::Rgb;
 use crate::texture::{ColorTexture, ScalarTexture};
@@ -17,7 +17,7 @@ pub(crate) trait BsdfParameters: Default + Fields {
 
     /// Checks the numbers and prepares what does not depend on the place. [`Error::Scene`] names the parameter that is out
     /// of its domain. (A scene file is checked when it is read; this is for descriptions from elsewhere.)
-    fn model(&self, coats: &mut CoatTables) -> Result<Model>;
+    fn model(&self, tables: &mut BsdfTables) -> Result<Model>;
 }
 
 /// A kind of scattering for a whole material.
@@ -68,10 +68,10 @@ pub(crate) fn share_textures(description: &BsdfDescription) -> Option<Vec<(f32, 
 }
 
 impl BsdfModel {
-    /// Checks the numbers and prepares what does not depend on the place; `coats` keeps tables for other
+    /// Checks the numbers and prepares what does not depend on the place; `tables` keeps tables for other
     /// materials. [`Error::Scene`] names the parameter that is out of its domain.
-    pub fn new(description: &BsdfDescription, two_sided: bool, coats: &mut CoatTables) -> Result<BsdfModel> {
-        let model = description.model(coats)?;
+    pub fn new(description: &BsdfDescription, two_sided: bool, tables: &mut BsdfTables) -> Result<BsdfModel> {
+        let model = description.model(tables)?;
         let (smooth, opaque, roughness) = model.at([Rgb::ZERO; 2]).traits();
         // two-sided means nothing for kinds that let light through
         Ok(BsdfModel { model, smooth, turns: two_sided && opaque, roughness })

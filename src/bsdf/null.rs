@@ -1,7 +1,7 @@
 //! No surface at all.
 
 use super::model::{BsdfParameters, Prepared};
-use super::{BLACK, BsdfSample, CoatTables, Model, Scatter};
+use super::{BLACK, BsdfSample, BsdfTables, Model, Scatter};
 use crate::Result;
 use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
@@ -22,7 +22,7 @@ impl BsdfParameters for NullParameters {
     const OPAQUE: bool = false;
     const IS_SURFACE: bool = false;
 
-    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+    fn model(&self, _tables: &mut BsdfTables) -> Result<Model> {
         Ok(Null.into())
     }
 }

@@ -3,7 +3,7 @@
 use super::interface::{checked_alpha, checked_eta, indices, rough};
 use super::model::{BsdfParameters, Prepared, checked_color};
 use super::rough_plastic::RoughPlasticModel;
-use super::{BLACK, BsdfSample, CoatTables, DIFFUSE, MicrofacetDistribution, Model, Scatter, choice, fresnel};
+use super::{BLACK, BsdfSample, BsdfTables, DIFFUSE, MicrofacetDistribution, Model, Scatter, choice, fresnel};
 use crate::Result;
 use crate::document::{UNIT, key};
 use crate::fields::{FieldVisitor, Fields};
@@ -63,7 +63,7 @@ impl BsdfParameters for PlasticParameters {
     const NUMBER: u32 = 5;
     const OPAQUE: bool = true;
 
-    fn model(&self, coats: &mut CoatTables) -> Result<Model> {
+    fn model(&self, tables: &mut BsdfTables) -> Result<Model> {
         let eta = checked_eta(self.int_ior, self.ext_ior)?;
         let alpha = checked_alpha(self.alpha)?;
         let PlasticParameters { specular_reflectance: specular, distribution, energy_conserving, .. } = *self;
@@ -72,7 +72,7 @@ impl BsdfParameters for PlasticParameters {
         Ok(if alpha == 0.0 {
             PlasticModel { coat: SmoothCoat::new(eta), specular, nonlinear }.into()
         } else {
-            RoughPlasticModel { coat: coats.get(eta, alpha, distribution, energy_conserving), specular, nonlinear }
+            RoughPlasticModel { coat: tables.coat(eta, alpha, distribution, energy_conserving), specular, nonlinear }
                 .into()
         })
     }

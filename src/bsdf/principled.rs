@@ -1,6 +1,7 @@
 //! Disney's principled model (Burley 2012, "Physically Based Shading at Disney"), opaque and isotropic, with the
 //! conventions of Mitsuba 3: exact dielectric Fresnel where not tinted, separable Smith shadowing. Like the
-//! original it may reflect a little more than it receives (rough, bright bases at grazing angles).
+//! original it may reflect a little more than it receives (rough, bright bases at grazing angles), and a rough metal
+//! less, unless light that facets send to each other comes back.
 
 mod textured;
 
@@ -9,8 +10,9 @@ pub(crate) use textured::TexturedPrincipledModel;
 use super::microfacet::Microfacet;
 use super::microfacet::MicrofacetDistribution::Ggx;
 use super::model::{BsdfParameters, Prepared, out_of_domain};
+use super::multiple_scattering::{Loss, LossTable};
 use super::rough_conductor::{reflection_pdf, sample_reflection};
-use super::{BLACK, BsdfSample, CoatTables, Model, Scatter, fresnel};
+use super::{BLACK, BsdfSample, BsdfTables, Model, Scatter, fresnel};
 use crate::Result;
 use crate::document::{Key, UNIT, key};
 use crate::fields::{FieldVisitor, Fields};
@@ -19,6 +21,7 @@ use crate::math::{Rgb, luminance};
 use crate::texture::{ColorTexture, ScalarTexture};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, TAU};
+use std::sync::Arc;
 
 /// What an artist sets, every number in [0, 1]; names and defaults as of Burley.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +35,8 @@ pub struct PrincipledParameters {
     pub clearcoat_gloss: f32,
     pub sheen: f32,
     pub sheen_tint: f32,
+    /// Light that the facets of metals send to each other comes back.
+    pub energy_conserving: bool,
     pub maps: PrincipledMaps,
 }
 
@@ -59,6 +64,7 @@ impl Default for PrincipledParameters {
             clearcoat_gloss: 1.0,
             sheen: 0.0,
             sheen_tint: 0.5,
+            energy_conserving: false,
             maps: PrincipledMaps::NONE,
         }
     }
@@ -91,7 +97,10 @@ impl Fields for PrincipledParameters {
     fn fields<V: FieldVisitor>(&mut self, visitor: &mut V) -> Result<(), V::Error> {
         visitor.texture(key("base_color", "albedo of a dielectric, reflection of a metal"), &mut self.base_color)?;
         self.shares().into_iter().try_for_each(|(key, number, map)| visitor.share(key, number, map))?;
-        self.numbers().into_iter().try_for_each(|(key, slot)| visitor.number(key, UNIT, slot))
+        self.numbers().into_iter().try_for_each(|(key, slot)| visitor.number(key, UNIT, slot))?;
+        let meaning = "light that the facets of a metal send to each other comes back, so that a rough metal is as bright as a smooth one \
+                       (multiple scattering)";
+        visitor.added_flag(key("energy_conserving", meaning), &mut self.energy_conserving)
     }
 }
 
@@ -99,7 +108,7 @@ impl BsdfParameters for PrincipledParameters {
     const NUMBER: u32 = 6;
     const OPAQUE: bool = true;
 
-    fn model(&self, _coats: &mut CoatTables) -> Result<Model> {
+    fn model(&self, tables: &mut BsdfTables) -> Result<Model> {
         let mut given = self.clone();
         let shares: Vec<(Key, f32)> = given.shares().map(|(key, share, _)| (key, *share)).into();
         let numbers = given.numbers().map(|(key, share)| (key, *share));
@@ -109,7 +118,35 @@ impl BsdfParameters for PrincipledParameters {
             }
         }
         let lobes = PrincipledLobes::new(self);
-        Ok(if self.maps == PrincipledMaps::NONE { lobes.into() } else { TexturedPrincipledModel::new(lobes).into() })
+        let metal = self.energy_conserving && (self.metallic > 0.0 || self.maps.metallic.is_some());
+        let constant = self.maps.roughness.is_none();
+        let loss = metal.then(|| if constant { tables.loss(&lobes.facets) } else { tables.losses() });
+        let model = PrincipledModel { lobes, loss };
+        Ok(if self.maps == PrincipledMaps::NONE { model.into() } else { TexturedPrincipledModel(model).into() })
+    }
+}
+
+/// The principled model of a whole material.
+#[derive(Clone, Debug)]
+pub(crate) struct PrincipledModel {
+    lobes: PrincipledLobes,
+    /// Of facets, where light that they send to each other comes back.
+    loss: Option<Arc<LossTable>>,
+}
+
+impl PrincipledModel {
+    /// What facets of a roughness lose.
+    fn loss(&self, roughness: f32) -> Option<Loss<'_>> {
+        self.loss.as_ref().map(|table| table.at(roughness))
+    }
+}
+
+impl Prepared for PrincipledModel {
+    type At<'s> = Principled<'s>;
+
+    #[inline(always)]
+    fn at(&self, [base_color, _]: [Rgb; 2]) -> Principled<'_> {
+        Principled { base_color, lobes: &self.lobes, loss: self.loss(self.lobes.set.roughness) }
     }
 }
 
@@ -163,20 +200,12 @@ impl PrincipledLobes {
     }
 }
 
-impl Prepared for PrincipledLobes {
-    type At<'s> = Principled<'s>;
-
-    #[inline(always)]
-    fn at(&self, [base_color, _]: [Rgb; 2]) -> Principled<'_> {
-        Principled { base_color, lobes: self }
-    }
-}
-
 /// Base, specular and clear-coat lobes over a base colour.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Principled<'s> {
-    pub base_color: Rgb,
-    pub lobes: &'s PrincipledLobes,
+    base_color: Rgb,
+    lobes: &'s PrincipledLobes,
+    loss: Option<Loss<'s>>,
 }
 
 /// Probabilities of choosing each lobe; they sum to 1.
@@ -224,17 +253,28 @@ impl Principled<'_> {
         f * ((1.0 - set.metallic) * cos_i)
     }
 
+    /// The lobe of light that has met several facets of the metal, and its colour.
+    fn multiple(&self) -> Option<(Loss<'_>, Rgb)> {
+        let loss = self.loss.filter(|_| self.lobes.set.metallic > 0.0)?;
+        Some((loss, self.lobes.set.metallic * loss.returned(fresnel::schlick_mean(self.base_color))))
+    }
+
+    /// What it adds to the albedo from wo.
+    fn multiple_albedo(&self, wo: Vec3) -> Rgb {
+        self.multiple().map_or(Rgb::ZERO, |(loss, color)| color * loss.at(wo.z))
+    }
+
     fn sheen_color(&self) -> Rgb {
         Rgb::ONE.lerp(self.tint(), self.lobes.set.sheen_tint)
     }
 
-    /// In proportion to what the lobes reflect, roughly. The specular lobe, which covers all directions, always
+    /// In proportion to what the lobes reflect, roughly; multiple scattering counts as part of the base. The specular lobe, which covers all directions, always
     /// has a share, since it may be brighter off the macroscopic normal.
     fn choice(&self, wo: Vec3) -> Choice {
         let set = &self.lobes.set;
         let specular = luminance(self.fresnel(wo.z)).max(0.04);
         let sheen = 0.1 * set.sheen * luminance(self.sheen_color());
-        let base = (1.0 - set.metallic) * (luminance(self.base_color) + sheen);
+        let base = (1.0 - set.metallic) * (luminance(self.base_color) + sheen) + luminance(self.multiple_albedo(wo));
         let coat = self.coat_albedo(wo);
         let sum = specular + base + coat;
         Choice { specular: specular / sum, coat: coat / sum, base: base / sum }
@@ -276,7 +316,8 @@ impl Scatter for Principled<'_> {
         if wo.z <= 0.0 {
             return Rgb::ZERO;
         }
-        self.fresnel(wo.z) + self.diffuse_albedo(wo) + Rgb::splat(self.coat_albedo(wo))
+        let metal = self.loss.map_or(0.0, |loss| loss.at(wo.z) * self.lobes.set.metallic);
+        self.fresnel(wo.z) * (1.0 - metal) + self.diffuse_albedo(wo) + Rgb::splat(self.coat_albedo(wo))
     }
 
     fn roughness(&self) -> f32 {
@@ -308,6 +349,9 @@ impl Scatter for Principled<'_> {
         }
         pdf += choice.base * square_to_cosine_hemisphere_pdf(wi);
         value += self.base(wo.z, wi.z, cos_d);
+        if let Some((loss, color)) = self.multiple() {
+            value += color * loss.lobe(wo.z, wi.z);
+        }
         if set.clearcoat > 0.0 && coat.alpha >= alpha {
             value += Rgb::splat(set.clearcoat * coat.eval(wo, wi, m));
             pdf += choice.coat * coat.pdf(wo, m);
@@ -316,7 +360,8 @@ impl Scatter for Principled<'_> {
     }
 
     fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
-        if wo.z > 0.0 { (1.0 - self.lobes.set.metallic) * self.base_color } else { Rgb::ZERO }
+        let diffuse = (1.0 - self.lobes.set.metallic) * self.base_color;
+        if wo.z > 0.0 { diffuse + self.multiple_albedo(wo) } else { Rgb::ZERO }
     }
 }
 

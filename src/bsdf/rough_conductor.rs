@@ -3,55 +3,134 @@
 use super::conductor::Metal;
 use super::microfacet::Microfacet;
 use super::model::Prepared;
-use super::{BLACK, BsdfSample, Scatter, fresnel};
+use super::multiple_scattering::{Loss, LossTable};
+use super::{BLACK, BsdfSample, Scatter, choice, fresnel};
 use crate::math::Rgb;
+use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use glam::Vec3;
+use std::sync::Arc;
 
 /// A rough metal; how much it reflects may vary from place to place.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct RoughConductorModel {
-    pub(super) metal: Metal,
-    pub(super) microfacet: Microfacet,
+    metal: Metal,
+    microfacet: Microfacet,
+    /// What facets lose, and the mean over directions of what the metal reflects.
+    multiple: Option<(Arc<LossTable>, Rgb)>,
 }
 
-impl Prepared for RoughConductorModel {
-    type At<'s> = RoughConductor;
-
-    #[inline(always)]
-    fn at(&self, [reflectance, _]: [Rgb; 2]) -> RoughConductor {
-        RoughConductor { metal: self.metal, reflectance, microfacet: self.microfacet }
+impl RoughConductorModel {
+    /// With `loss`, which is that of `microfacet`, light that facets send to each other comes back.
+    pub(super) fn new(metal: Metal, microfacet: Microfacet, loss: Option<Arc<LossTable>>) -> RoughConductorModel {
+        RoughConductorModel { metal, microfacet, multiple: loss.map(|loss| (loss, metal.mean_fresnel())) }
     }
 }
 
-/// f = F·D·G/(4 cosθo cosθi) times `reflectance`; light that facets send to each other is lost.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RoughConductor {
-    pub metal: Metal,
-    pub reflectance: Rgb,
-    pub microfacet: Microfacet,
+impl Prepared for RoughConductorModel {
+    type At<'s> = RoughConductor<'s>;
+
+    #[inline(always)]
+    fn colors(&self, [reflectance, other]: [Rgb; 2]) -> [Rgb; 2] {
+        let returned = |(loss, mean): &(Arc<LossTable>, Rgb)| loss.at(0.0).returned(*mean * reflectance);
+        [reflectance, self.multiple.as_ref().map_or(other, returned)]
+    }
+
+    #[inline(always)]
+    fn at(&self, [reflectance, returned]: [Rgb; 2]) -> RoughConductor<'_> {
+        let multiple = self.multiple.as_ref().map(|(loss, _)| (loss.at(0.0), returned));
+        RoughConductor { metal: self.metal, reflectance, microfacet: self.microfacet, multiple }
+    }
 }
 
-impl Scatter for RoughConductor {
+/// f = F·D·G/(4 cosθo cosθi) times `reflectance`; and what facets send to each other, or else that is lost.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RoughConductor<'s> {
+    metal: Metal,
+    reflectance: Rgb,
+    microfacet: Microfacet,
+    /// The lobe of multiple scattering and its colour.
+    multiple: Option<(Loss<'s>, Rgb)>,
+}
+
+impl RoughConductor<'_> {
+    /// Albedos from wo, above the horizon: of single and of multiple scattering. Without the latter, as if no facet hid another.
+    fn albedos(&self, wo: Vec3) -> (Rgb, Rgb) {
+        let single = self.metal.fresnel(wo.z) * self.reflectance;
+        self.multiple.map_or((single, Rgb::ZERO), |(loss, color)| {
+            let lost = loss.at(wo.z);
+            (single * (1.0 - lost), color * lost)
+        })
+    }
+
+    /// Probability of drawing by the facets; `None` where nothing is reflected.
+    fn single_share(&self, wo: Vec3) -> Option<f32> {
+        if self.multiple.is_none() {
+            return Some(1.0);
+        }
+        let (single, multiple) = self.albedos(wo);
+        choice(single, multiple)
+    }
+
+    /// The lobe of multiple scattering, and its density times the probability of drawing by it.
+    fn eval_pdf_multiple(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
+        match (self.multiple, self.single_share(wo)) {
+            (Some((loss, color)), Some(share)) if wo.z > 0.0 && wi.z > 0.0 => {
+                (color * loss.lobe(wo.z, wi.z), (1.0 - share) * square_to_cosine_hemisphere_pdf(wi))
+            }
+            _ => BLACK,
+        }
+    }
+}
+
+impl Scatter for RoughConductor<'_> {
     const SMOOTH: bool = true;
     const OPAQUE: bool = true;
 
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         let Some((m, pdf)) = reflection_pdf(&self.microfacet, wo, wi) else { return BLACK };
-        let f = self.metal.fresnel(wo.dot(m)) * self.reflectance;
-        (f * (pdf * self.microfacet.g1(wi)), pdf)
+        let Some(share) = self.single_share(wo) else { return BLACK };
+        let single = self.metal.fresnel(wo.dot(m)) * self.reflectance * (pdf * self.microfacet.g1(wi));
+        let (multiple, multiple_pdf) = self.eval_pdf_multiple(wo, wi);
+        (single + multiple, share * pdf + multiple_pdf)
     }
 
-    fn sample(&self, wo: Vec3, _u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
-        let wi = sample_reflection(&self.microfacet, wo, u)?;
+    fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let wi = if u_lobe < self.single_share(wo)? {
+            sample_reflection(&self.microfacet, wo, u)?
+        } else {
+            square_to_cosine_hemisphere(u)
+        };
         BsdfSample::smooth(wi, self.eval_pdf(wo, wi), 1.0)
     }
 
     fn albedo(&self, wo: Vec3) -> Rgb {
-        if wo.z > 0.0 { self.metal.fresnel(wo.z) * self.reflectance } else { Rgb::ZERO }
+        if wo.z <= 0.0 {
+            return Rgb::ZERO;
+        }
+        let (single, multiple) = self.albedos(wo);
+        single + multiple
     }
 
     fn roughness(&self) -> f32 {
         self.microfacet.alpha()
+    }
+
+    fn sharp_probability(&self, wo: Vec3, alpha: f32) -> f32 {
+        if wo.z <= 0.0 {
+            return 1.0;
+        }
+        self.single_share(wo).map_or(1.0, |share| if self.roughness() < alpha { share } else { 0.0 })
+    }
+
+    fn eval_pdf_rough(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
+        if self.roughness() < alpha { self.eval_pdf_multiple(wo, wi) } else { self.eval_pdf(wo, wi) }
+    }
+
+    fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
+        if wo.z > 0.0 { self.albedos(wo).1 } else { Rgb::ZERO }
     }
 }
 

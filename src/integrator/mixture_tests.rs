@@ -1,6 +1,6 @@
 use super::*;
 use crate::bsdf::{
-    BsdfDescription, BsdfModel, CoatTables, ConductorParameters, DiffuseParameters, DiffuseTransmitterParameters,
+    BsdfDescription, BsdfModel, BsdfTables, ConductorParameters, DiffuseParameters, DiffuseTransmitterParameters,
     MicrofacetDistribution as Distribution, PlasticParameters, PrincipledParameters,
 };
 use crate::geometry::{Hit, Mesh};
@@ -15,7 +15,7 @@ const LEVEL: f64 = 1e-6;
 const WHITE: ColorTexture = ColorTexture::Constant(Rgb::ONE);
 
 fn model(description: BsdfDescription) -> BsdfModel {
-    BsdfModel::new(&description, true, &mut CoatTables::default()).unwrap()
+    BsdfModel::new(&description, true, &mut BsdfTables::default()).unwrap()
 }
 
 fn diffuse() -> BsdfModel {
@@ -30,6 +30,7 @@ fn metal(alpha: f32) -> BsdfModel {
         specular_reflectance: WHITE,
         alpha,
         distribution,
+        energy_conserving: false,
     }))
 }
 

@@ -7,7 +7,7 @@ use super::emitters::{Lighting, Surfaces, lights, sky};
 use super::hash;
 use super::material::Material;
 use super::{Camera, FoundCamera, Scene, SceneNames, view};
-use crate::bsdf::CoatTables;
+use crate::bsdf::BsdfTables;
 use crate::embree::Device;
 use crate::film::FilmSettings;
 use crate::film::accumulate::BYTES_PER_PIXEL;
@@ -84,9 +84,9 @@ impl Scene {
         assets.stand_in_for_pictures(&mut cache, options.strict)?;
         let LoadedAssets { meshes, hashes, materials, described, mut warnings, description, origin, .. } = assets;
         let description = &description;
-        let mut coats = CoatTables::default();
+        let mut tables = BsdfTables::default();
         let resolved =
-            materials.iter().map(|m| Material::new(m, &mut cache, &mut coats)).collect::<Result<Vec<_>>>()?;
+            materials.iter().map(|m| Material::new(m, &mut cache, &mut tables)).collect::<Result<Vec<_>>>()?;
         let resolved = Arc::new(resolved);
         warnings.append(&mut cache.take_notes());
         let mut found = Findings::default();

@@ -1,7 +1,7 @@
 //! Materials, ready for rendering: scattering with its textures, emission, and what is seen through.
 
 use crate::Result;
-use crate::bsdf::{Bsdf, BsdfModel, CoatTables, color_textures, share_textures};
+use crate::bsdf::{Bsdf, BsdfModel, BsdfTables, color_textures, share_textures};
 use crate::embree::OpacityTest;
 use crate::geometry::Mesh;
 use crate::light::EmitterPattern;
@@ -49,7 +49,7 @@ impl Material {
     pub(crate) fn new(
         description: &MaterialDescription,
         cache: &mut TextureCache,
-        coats: &mut CoatTables,
+        tables: &mut BsdfTables,
     ) -> Result<Material> {
         let (mut colors, mut maps, mut of_vertices) = ([Rgb::ZERO; 2], [None; 2], [false; 2]);
         for (k, texture) in color_textures(&description.bsdf).into_iter().enumerate() {
@@ -68,7 +68,7 @@ impl Material {
         let relief = description.relief.as_ref().map(|texture| Relief::new(texture, cache)).transpose()?;
         let emission_map = description.emission_map.as_ref().map(|image| cache.resolve(image)).transpose()?;
         let emission_peak = emission_map.map_or(1.0, |map| map.peak(cache.textures()));
-        let model = BsdfModel::new(&description.bsdf, description.two_sided, coats)?;
+        let model = BsdfModel::new(&description.bsdf, description.two_sided, tables)?;
         let mut shares = [None; 3];
         for (k, (number, map)) in share_textures(&description.bsdf).into_iter().flatten().enumerate() {
             colors[1][k] = number;

@@ -14,6 +14,7 @@ mod instances;
 mod large;
 mod layers;
 mod masked;
+mod materials;
 mod paper;
 mod persistence;
 mod radiance_layers;

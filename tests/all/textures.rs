@@ -1,40 +1,12 @@
-//! Pictures of all kinds on surfaces and in the sky. The scene is a square that fills the picture under a white sky of radiance 1,
-//! so that a Lambertian surface of albedo a is seen as a.
+//! Pictures of all kinds on surfaces and in the sky.
 
-use crate::common::{Loaded, describe, load, mean_color, written};
+use crate::common::square::{SKY, assert_near, halves, loaded, square};
+use crate::common::{describe, mean_color};
 use phototaxis::guiding::settings::GuidingMethod;
 use phototaxis::render::Settings;
 use phototaxis::stats::ztest::{p_value, z_one_mean};
 use std::path::Path;
 use tempfile::TempDir;
-
-const SCENE: &str = "[camera]\norigin = [0, 0, 2]\ntarget = [0, 0, 0]\nvfov = 40\n[film]\nwidth = 8\nheight = 8\n\
-    [integrator]\nmax_depth = 3\nnext_event = false\n[guiding]\nmethod = 'none'\n[render]\nspp = 64\n[[mesh]]\npath = 'model.obj'\n";
-const SKY: &str = "[[light]]\ntype = 'constant'\nradiance = 1\n";
-const SQUARE: &str = "mtllib model.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
-    usemtl a\nf 1/1 2/2 3/3 4/4\n";
-
-fn square(scene: &str, library: &str) -> TempDir {
-    let scene = format!("{SCENE}{scene}");
-    written(&[("scene.toml", &scene), ("model.obj", SQUARE), ("model.mtl", &format!("newmtl a\n{library}"))])
-}
-
-fn loaded(folder: &TempDir) -> Loaded {
-    load(&folder.path().join("scene.toml"), &[])
-}
-
-/// Mean colours of the upper and of the lower half of the picture.
-fn halves(loaded: &Loaded) -> [[f64; 3]; 2] {
-    let picture = loaded.estimate(&loaded.settings);
-    let (upper, lower) = picture.mean.split_at(picture.mean.len() / 2);
-    [mean_color(upper), mean_color(lower)]
-}
-
-/// The sky is the same everywhere, so that each path that reaches it brings the albedo, and nothing is left to chance but rounding.
-fn assert_near(found: [f64; 3], wanted: [f64; 3]) {
-    let near = found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 0.003);
-    assert!(near, "{found:?} is not {wanted:?}");
-}
 
 fn warnings(folder: &TempDir) -> Vec<String> {
     describe(&folder.path().join("scene.toml"), &[]).load_scene(1).unwrap().1
@@ -256,8 +228,10 @@ fn numbers_of_a_material_come_from_pictures() {
     assert!((others[0] - by_numbers[0]).abs() > 0.02, "{others:?} is {by_numbers:?}");
     let library = "Kd 0.8 0.5 0.2\nmap_Pr -imfchan g n.png\nmap_Pm -imfchan b n.png\n";
     let by_library = mean(&square(SKY, library));
-    for (a, b) in by_library.into_iter().zip(by_numbers) {
-        assert!((a - b).abs() < 1e-6, "{by_library:?} is not {by_numbers:?}");
+    let conserving = format!("{}energy_conserving = true\n", keys(&picture("green"), &picture("blue")));
+    let by_pictures = mean(&square(&conserving, ""));
+    for (a, b) in by_library.into_iter().zip(by_pictures) {
+        assert!((a - b).abs() < 1e-6, "{by_library:?} is not {by_pictures:?}");
     }
 }
 

@@ -1,47 +1,41 @@
 //! The principled model where metallic, roughness or specular are pictures.
 
 use super::super::model::Prepared;
+use super::super::multiple_scattering::Loss;
 use super::super::{BsdfSample, Scatter};
-use super::{Principled, PrincipledLobes};
+use super::{Principled, PrincipledLobes, PrincipledModel};
 use crate::math::Rgb;
 use glam::Vec3;
 
-/// [`PrincipledLobes`] where numbers come from pictures: the second colour is metallic, roughness and specular.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct TexturedPrincipledModel {
-    lobes: PrincipledLobes,
-}
-
-impl TexturedPrincipledModel {
-    /// `lobes`: what is constant.
-    pub(super) fn new(lobes: PrincipledLobes) -> TexturedPrincipledModel {
-        TexturedPrincipledModel { lobes }
-    }
-}
+/// [`PrincipledModel`] where numbers come from pictures: the second colour is metallic, roughness and specular.
+#[derive(Clone, Debug)]
+pub(crate) struct TexturedPrincipledModel(pub(super) PrincipledModel);
 
 impl Prepared for TexturedPrincipledModel {
-    type At<'s> = TexturedPrincipled;
+    type At<'s> = TexturedPrincipled<'s>;
 
     #[inline(always)]
-    fn at(&self, [base_color, shares]: [Rgb; 2]) -> TexturedPrincipled {
-        TexturedPrincipled { base_color, lobes: self.lobes.with(shares) }
+    fn at(&self, [base_color, shares]: [Rgb; 2]) -> TexturedPrincipled<'_> {
+        let lobes = self.0.lobes.with(shares);
+        TexturedPrincipled { base_color, lobes, loss: self.0.loss(lobes.set.roughness) }
     }
 }
 
 /// [`Principled`] with numbers of its own.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TexturedPrincipled {
+pub(crate) struct TexturedPrincipled<'s> {
     base_color: Rgb,
     lobes: PrincipledLobes,
+    loss: Option<Loss<'s>>,
 }
 
-impl TexturedPrincipled {
+impl TexturedPrincipled<'_> {
     fn principled(&self) -> Principled<'_> {
-        Principled { base_color: self.base_color, lobes: &self.lobes }
+        Principled { base_color: self.base_color, lobes: &self.lobes, loss: self.loss }
     }
 }
 
-impl Scatter for TexturedPrincipled {
+impl Scatter for TexturedPrincipled<'_> {
     const SMOOTH: bool = true;
     const OPAQUE: bool = true;
 

@@ -139,7 +139,7 @@ fn every_type_of_the_list_is_whole() {
         let mut description = kind.bsdf();
         assert_eq!((kind.name(), description.bsdf_type()), (name, kind));
         assert!(numbers.insert(description.number()), "{name} has the number of another type");
-        let model = BsdfModel::new(&description, true, &mut CoatTables::default()).unwrap();
+        let model = BsdfModel::new(&description, true, &mut BsdfTables::default()).unwrap();
         assert_eq!(model.at([Rgb::ONE; 2]).kind().traits().1, kind.is_opaque(), "{name}");
         let mut textures = 0;
         crate::fields::each_texture(&mut description, |_| textures += 1);
@@ -185,7 +185,13 @@ fn nothing_is_infinite_at_the_edges() {
 #[test]
 fn parameters_out_of_their_domain_are_refused() {
     let metal = |eta_k, alpha| {
-        BsdfDescription::Conductor(ConductorParameters { eta_k, specular_reflectance: WHITE, alpha, distribution: Ggx })
+        BsdfDescription::Conductor(ConductorParameters {
+            eta_k,
+            specular_reflectance: WHITE,
+            alpha,
+            distribution: Ggx,
+            energy_conserving: false,
+        })
     };
     let glass = |int_ior, alpha, thin| {
         BsdfDescription::Dielectric(DielectricParameters {
@@ -207,11 +213,11 @@ fn parameters_out_of_their_domain_are_refused() {
         glass(f32::INFINITY, 0.0, false),
         glass(1.5, 0.1, true),
     ] {
-        let model = BsdfModel::new(&bad, true, &mut CoatTables::default());
+        let model = BsdfModel::new(&bad, true, &mut BsdfTables::default());
         assert!(matches!(model, Err(Error::Scene(_))), "{bad:?}");
     }
     // rough glass of index 1 is no glass
-    let none = BsdfModel::new(&glass(1.0, 0.3, false), true, &mut CoatTables::default()).unwrap();
+    let none = BsdfModel::new(&glass(1.0, 0.3, false), true, &mut BsdfTables::default()).unwrap();
     let s = none.at([Rgb::ONE; 2]).sample(Vec3::Z, 0.5, [0.5; 2]).unwrap();
     assert!(s.delta && s.wi == -Vec3::Z && s.weight == Rgb::ONE);
 }
@@ -275,8 +281,8 @@ fn all_lobes_are_rougher_than_nothing_and_diffuse_ones_reflect_their_albedo() {
 
 #[test]
 fn coats_are_tabulated_once() {
-    let mut coats = CoatTables::default();
-    let first = coats.get(1.5, 0.2, Ggx, false);
-    assert!(std::sync::Arc::ptr_eq(&first, &coats.get(1.5, 0.2, Ggx, false)));
-    assert!(!std::sync::Arc::ptr_eq(&first, &coats.get(1.5, 0.2, Beckmann, false)));
+    let mut tables = BsdfTables::default();
+    let first = tables.coat(1.5, 0.2, Ggx, false);
+    assert!(std::sync::Arc::ptr_eq(&first, &tables.coat(1.5, 0.2, Ggx, false)));
+    assert!(!std::sync::Arc::ptr_eq(&first, &tables.coat(1.5, 0.2, Beckmann, false)));
 }

@@ -57,12 +57,7 @@ fn conserving_coats_add_to_their_base() {
     for alpha in [0.05, 0.3, 0.8] {
         for wo in [Vec3::Z, polar(0.8, 1.0), polar(1.4, 2.0)] {
             let of = |reflectance: f32| conserving(Ggx, alpha).colored(Rgb::splat(reflectance), Rgb::ZERO);
-            let traced = |material: Material| {
-                let bsdf = material.bsdf();
-                let (mut rng, n) = (Rng::new(63), 100_000);
-                let drawn = (0..n).filter_map(|_| bsdf.sample(wo, rng.f32(), rng.f32x2()));
-                drawn.map(|s| s.weight.x).sum::<f32>() / n as f32
-            };
+            let traced = |material: Material| traced(&material, wo).x;
             let coat = traced(of(0.0));
             for reflectance in [0.1, 0.8, 1.0] {
                 let (found, expected) = (traced(of(reflectance)), reflectance * (1.0 - coat) + coat);
@@ -72,6 +67,55 @@ fn conserving_coats_add_to_their_base() {
             }
         }
     }
+}
+
+/// Mean weight of samples from `wo`, one channel each.
+fn traced(material: &Material, wo: Vec3) -> Rgb {
+    let bsdf = material.bsdf();
+    let (mut rng, n) = (Rng::new(66), 100_000);
+    (0..n).filter_map(|_| bsdf.sample(wo, rng.f32(), rng.f32x2())).map(|s| s.weight).sum::<Rgb>() / n as f32
+}
+
+/// Whatever its roughness, a conserving metal that reflects everything is white; one of colour F reflects about F, a little less
+/// as light of several reflections is F² and darker. Without the option the roughest loses a third.
+#[test]
+fn conserving_metals_lose_nothing_between_facets() {
+    for kind in [Ggx, Beckmann] {
+        for alpha in [0.05, 0.3, 0.8] {
+            for wo in [Vec3::Z, polar(0.8, 1.0), polar(1.4, 2.0)] {
+                let white = traced(&conserving_metal(None, kind, alpha), wo);
+                assert!((white - Rgb::ONE).abs().max_element() < 0.01, "{kind:?} {alpha} {wo}: {white}");
+            }
+        }
+    }
+    let gold = Rgb::new(0.9, 0.6, 0.1);
+    let found = traced(&conserving_metal(None, Ggx, 0.25).colored(gold, Rgb::ZERO), Vec3::Z);
+    let losing = traced(&conductor(None, Ggx, 0.25).colored(gold, Rgb::ZERO), Vec3::Z);
+    assert!(losing.cmplt(found).all() && found.cmplt(gold).all(), "{losing} {found} {gold}");
+    assert!(traced(&conductor(None, Ggx, 1.0), polar(0.8, 1.0)).x < 0.8);
+}
+
+/// The principled metal likewise, with constant and with pictured roughness.
+#[test]
+fn conserving_principled_metals_lose_nothing_between_facets() {
+    let metal = |roughness: f32, energy_conserving: bool| {
+        let set =
+            PrincipledParameters { metallic: 1.0, roughness, energy_conserving, ..PrincipledParameters::default() };
+        principled(set).colored(Rgb::ONE, Rgb::ZERO)
+    };
+    let pictured = |roughness: f32| {
+        let set = PrincipledParameters { energy_conserving: true, ..PrincipledParameters::default() };
+        pictured(set).colored(Rgb::ONE, Rgb::new(1.0, roughness, 0.5))
+    };
+    for roughness in [0.3, 0.55, 0.93] {
+        for wo in [Vec3::Z, polar(0.8, 1.0), polar(1.3, 2.0)] {
+            for material in [metal(roughness, true), pictured(roughness)] {
+                let white = traced(&material, wo).x;
+                assert!((white - 1.0).abs() < 0.01, "{} {wo}: {white}", material.name);
+            }
+        }
+    }
+    assert!(traced(&metal(0.93, false), polar(0.8, 1.0)).x < 0.8);
 }
 
 #[test]
@@ -118,6 +162,7 @@ fn albedos_are_what_is_scattered() {
     let mut materials = vec![diffuse(), transmitter()];
     for kind in [Ggx, Beckmann] {
         materials.extend([0.1, 0.3, 0.8].map(|alpha| plastic(kind, alpha, true, Rgb::ONE)));
+        materials.extend([0.1, 0.3, 0.8].map(|alpha| conserving_metal(None, kind, alpha)));
     }
     for material in &materials {
         for wo in [Vec3::Z, polar(0.8, 1.0), polar(1.3, 2.0)] {

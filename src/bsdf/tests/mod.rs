@@ -29,7 +29,7 @@ struct Material {
 
 impl Material {
     fn new(name: impl Into<String>, description: BsdfDescription, two_sided: bool) -> Material {
-        let model = BsdfModel::new(&description, two_sided, &mut CoatTables::default()).unwrap();
+        let model = BsdfModel::new(&description, two_sided, &mut BsdfTables::default()).unwrap();
         Material { name: name.into(), description, model, colors: [Rgb::ONE; 2], normal: Vec3::Z }
     }
 
@@ -76,8 +76,21 @@ fn conductor(eta_k: Option<(Rgb, Rgb)>, kind: MicrofacetDistribution, alpha: f32
         specular_reflectance: WHITE,
         alpha,
         distribution: kind,
+        energy_conserving: false,
     });
     Material::new(format!("conductor {kind:?} {alpha}"), description, true)
+}
+
+/// A metal that loses nothing between its facets.
+fn conserving_metal(eta_k: Option<(Rgb, Rgb)>, kind: MicrofacetDistribution, alpha: f32) -> Material {
+    let metal = ConductorParameters {
+        eta_k,
+        alpha,
+        distribution: kind,
+        energy_conserving: true,
+        ..ConductorParameters::default()
+    };
+    Material::new(format!("conserving conductor {kind:?} {alpha}"), metal.into(), true)
 }
 
 fn dielectric(ior: f32, kind: MicrofacetDistribution, alpha: f32, thin: bool) -> Material {
@@ -131,6 +144,7 @@ const TILES: PrincipledParameters = PrincipledParameters {
     clearcoat_gloss: 0.0,
     sheen: 0.0,
     sheen_tint: 0.0,
+    energy_conserving: false,
     maps: PrincipledMaps::NONE,
 };
 
@@ -145,6 +159,7 @@ const ALL_LOBES: PrincipledParameters = PrincipledParameters {
     clearcoat_gloss: 0.3,
     sheen: 0.5,
     sheen_tint: 0.6,
+    energy_conserving: false,
     maps: PrincipledMaps::NONE,
 };
 
@@ -165,15 +180,24 @@ fn smooth_materials() -> Vec<Material> {
     all.push(principled(TILES));
     all.push(principled(ALL_LOBES));
     all.push(textured_principled(Rgb::new(0.6, 0.45, 0.3)));
+    all.extend([0.25, 0.8].map(|alpha| conserving_metal(Some(COPPER), Ggx, alpha)));
+    all.push(conserving_metal(Some(COPPER), Beckmann, 0.8));
+    let conserving = PrincipledParameters { energy_conserving: true, metallic: 0.7, roughness: 0.6, ..ALL_LOBES };
+    all.push(principled(conserving.clone()));
+    all.push(pictured(conserving).colored(Rgb::new(0.8, 0.4, 0.1), Rgb::new(0.6, 0.45, 0.3)));
     all
 }
 
 /// Numbers of every lobe from pictures, which say this of metallic, roughness and specular.
 fn textured_principled(shares: Rgb) -> Material {
+    pictured(ALL_LOBES).colored(Rgb::new(0.8, 0.4, 0.1), shares)
+}
+
+/// With pictures for metallic and roughness.
+fn pictured(set: PrincipledParameters) -> Material {
     let picture = || Some(ScalarTexture::Luminance(ImageTexture::new("a.png".into())));
     let maps = PrincipledMaps { metallic: picture(), roughness: picture(), specular: None };
-    let set = PrincipledParameters { maps, ..ALL_LOBES };
-    Material::new("textured principled", set.into(), true).colored(Rgb::new(0.8, 0.4, 0.1), shares)
+    Material::new("textured principled", PrincipledParameters { maps, ..set }.into(), true)
 }
 
 /// Every kind that is all delta.

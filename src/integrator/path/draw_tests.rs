@@ -1,6 +1,6 @@
 use super::*;
 use crate::bsdf::{
-    Bsdf, BsdfDescription, BsdfModel, CoatTables, ConductorParameters, DiffuseParameters, MicrofacetDistribution,
+    Bsdf, BsdfDescription, BsdfModel, BsdfTables, ConductorParameters, DiffuseParameters, MicrofacetDistribution,
 };
 use crate::geometry::surfaces::tests as surfaces;
 use crate::guiding::settings::DirectionTable;
@@ -11,7 +11,7 @@ use crate::math::warp;
 use crate::texture::ColorTexture;
 
 fn model(description: BsdfDescription) -> BsdfModel {
-    BsdfModel::new(&description, true, &mut CoatTables::default()).unwrap()
+    BsdfModel::new(&description, true, &mut BsdfTables::default()).unwrap()
 }
 
 const COLOR: Rgb = Rgb::new(0.6, 0.5, 0.4);
@@ -66,6 +66,7 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
         specular_reflectance: reflectance,
         alpha: 0.4,
         distribution,
+        energy_conserving: false,
     }));
     let mut rng = Rng::new(17);
     let mesh = surfaces::mesh(&mut rng, true);

@@ -79,6 +79,13 @@ impl FieldVisitor for CanonicalFields<'_> {
         Ok(())
     }
 
+    fn added_flag(&mut self, _: Key, slot: &mut bool) -> Result<()> {
+        if *slot {
+            self.canon.u32(20);
+        }
+        Ok(())
+    }
+
     fn number(&mut self, _: Key, _: Bounds, slot: &mut f32) -> Result<()> {
         self.canon.floats([*slot]);
         Ok(())

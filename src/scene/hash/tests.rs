@@ -109,6 +109,16 @@ fn each_kind_of_change_gives_another_hash() {
     }
 }
 
+/// Options that came later than the hash leave it as it was where they are not used.
+#[test]
+fn an_option_that_is_not_used_does_not_change_the_hash() {
+    let metal =
+        |more: &str| Files::with(|f| f.toml += &format!("[material.wood]\ntype = 'conductor'\nalpha = 0.3\n{more}"));
+    let plain = metal("").hash();
+    assert_eq!(metal("energy_conserving = false\n").hash(), plain);
+    assert_ne!(metal("energy_conserving = true\n").hash(), plain);
+}
+
 #[test]
 fn names_numbers_text_and_views_do_not_change_the_hash() {
     type Change = fn(&mut Files);

@@ -4,6 +4,7 @@
 
 pub mod hall;
 pub mod masked_lamp;
+pub mod square;
 pub mod still_life;
 
 use phototaxis::embree::{Device, Isa};

@@ -45,6 +45,7 @@ fn model(bsdf: &BsdfDescription) -> Result<Element, String> {
             let metal = conductor(None, plugin("conductor"));
             Ok(metal.child(color("specular_reflectance", &m.specular_reflectance)?))
         }
+        D::Conductor(c) if c.energy_conserving && c.alpha > 0.0 => Err("a rough metal that conserves energy".into()),
         D::Conductor(c) => {
             let metal = conductor(c.eta_k, rough(["conductor", "roughconductor"], c.alpha, c.distribution));
             Ok(metal.child(color("specular_reflectance", &c.specular_reflectance)?))
@@ -63,6 +64,9 @@ fn model(bsdf: &BsdfDescription) -> Result<Element, String> {
             let coat = coat.color("specular_reflectance", p.specular_reflectance);
             let coat = coat.value("boolean", "nonlinear", p.nonlinear);
             Ok(coat.child(color("diffuse_reflectance", &p.reflectance)?))
+        }
+        D::Principled(p) if p.energy_conserving && p.metallic > 0.0 => {
+            Err("a rough metal that conserves energy".into())
         }
         D::Principled(p) => {
             let model = plugin("principled").float("metallic", p.metallic).float("roughness", p.roughness);

@@ -147,6 +147,7 @@ impl Record {
                 roughness: self.roughness_map.clone().or(self.exponent_map.clone()),
                 specular: self.specular_map.clone(),
             },
+            energy_conserving: true,
             ..PrincipledParameters::default()
         };
         principled.into()
@@ -273,10 +274,10 @@ fn scaled(texture: &ScalarTexture, factor: f32) -> ScalarTexture {
     }
 }
 
-/// A metal that reflects `colour` at every angle.
+/// A metal that reflects `colour` at every angle, however rough it is.
 fn conductor(colour: ColorTexture, roughness: f32) -> BsdfDescription {
-    let alpha = roughness * roughness;
-    ConductorParameters { specular_reflectance: colour, alpha, ..ConductorParameters::default() }.into()
+    let (alpha, other) = (roughness * roughness, ConductorParameters::default());
+    ConductorParameters { specular_reflectance: colour, alpha, energy_conserving: true, ..other }.into()
 }
 
 /// The index of refraction of which the reflection at normal incidence is `factor` times that of `ior`.

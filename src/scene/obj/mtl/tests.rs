@@ -38,8 +38,8 @@ fn diffuse(reflectance: ColorTexture) -> BsdfDescription {
 }
 
 fn metal(specular_reflectance: ColorTexture, alpha: f32) -> BsdfDescription {
-    let distribution = MicrofacetDistribution::Ggx;
-    BsdfDescription::Conductor(ConductorParameters { eta_k: None, specular_reflectance, alpha, distribution })
+    let (distribution, energy_conserving) = (MicrofacetDistribution::Ggx, true);
+    ConductorParameters { eta_k: None, specular_reflectance, alpha, distribution, energy_conserving }.into()
 }
 
 #[test]
@@ -94,6 +94,7 @@ fn principled(base_color: ColorTexture, metallic: f32, roughness: f32) -> BsdfDe
         base_color,
         metallic,
         roughness,
+        energy_conserving: true,
         ..PrincipledParameters::default()
     })
 }
