@@ -55,7 +55,7 @@ fn extra(e: &Estimate, layer: ExtraLayer, origin: Vec3) -> Option<Layer> {
 
 /// Cryptomatte of objects and of materials, where it is asked for.
 pub(super) fn mattes<'a>(context: &'a Context) -> Vec<Matte<'a>> {
-    let SceneNames { materials, objects } = context.scene.names();
+    let SceneNames { materials, objects, .. } = context.scene.names();
     match context.extra_layers.contains(&ExtraLayer::Cryptomatte) {
         true => {
             vec![Matte { name: "CryptoObject", names: objects }, Matte { name: "CryptoMaterial", names: materials }]

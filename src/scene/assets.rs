@@ -23,6 +23,8 @@ pub(crate) struct LoadedAssets {
     pub(crate) meshes: Vec<Mesh>,
     /// Of each mesh, as its file has it.
     pub(crate) hashes: Vec<u64>,
+    /// Of each mesh, its objects, as [`Model::parts`].
+    pub(super) parts: Vec<Vec<(u32, String)>>,
     /// What the meshes' material numbers mean.
     pub(crate) materials: Vec<MaterialDescription>,
     /// Of the materials.
@@ -85,10 +87,11 @@ impl LoadedAssets {
             self.check_vertex_colors(number, &loaded, place)?;
         }
         let origin = loaded.origin;
-        let mut mesh = match loaded {
-            Cow::Owned(model) => model.mesh,
-            Cow::Borrowed(model) => model.mesh.clone(),
+        let (mut mesh, parts) = match loaded {
+            Cow::Owned(model) => (model.mesh, model.parts),
+            Cow::Borrowed(model) => (model.mesh.clone(), model.parts.clone()),
         };
+        self.parts.push(parts);
         mesh.materials.iter_mut().for_each(|m| *m = numbers[*m as usize]);
         self.meshes.push(mesh);
         Ok(origin)

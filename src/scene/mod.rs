@@ -89,7 +89,7 @@ impl Scene {
 
     /// Number of the object that a hit is on, among [`SceneNames::objects`].
     pub(crate) fn object(&self, hit: &Hit) -> u32 {
-        if hit.instance == NO_INSTANCE { hit.geometry } else { self.meshes.len() as u32 + hit.instance }
+        self.names.object(hit)
     }
 
     pub(crate) fn names(&self) -> &SceneNames {

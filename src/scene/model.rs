@@ -24,6 +24,8 @@ pub struct Model {
     pub(crate) material_names: Vec<String>,
     /// By name. A scene file may say something else of a name; a name that neither describes is grey.
     pub(crate) materials: BTreeMap<String, MaterialDescription>,
+    /// Objects in the mesh: the first triangle of each, in ascending order, and its name. Triangles before the first are the model's own.
+    pub(crate) parts: Vec<(u32, String)>,
     pub(crate) warnings: Vec<Warning>,
 }
 

@@ -5,7 +5,8 @@
 //! relative indices resolve, and nothing is copied or held twice. Peak memory is the mesh plus one block per thread.
 //!
 //! Understood: `v vt vn f s o usemtl mtllib`, with `\` continuations, comments at line ends, relative indices and any
-//! number of corners. `o` only ends smoothing at its place, `g` changes nothing here. Points, lines and everything else is counted in a warning.
+//! number of corners. `o`, or `g` where there is no `o`, names objects; `o` also ends
+//! smoothing at its place. Points, lines and everything else is counted in a warning.
 
 mod attributes;
 mod colors;
@@ -76,7 +77,7 @@ fn load_in_blocks(source: &Source, block: u64) -> Result<Model> {
     warnings.append(&mut library_warnings);
     let (mut material_names, mesh) = assign_materials(mesh, &census);
     material_names.iter_mut().filter(|name| name.is_empty()).zip(only).for_each(|(name, only)| *name = only);
-    Ok(Model { mesh, origin, material_names, materials, warnings })
+    Ok(Model { mesh, origin, material_names, materials, parts: census.parts(), warnings })
 }
 
 /// The mesh without its materials, and what its positions are counted from.

@@ -44,6 +44,10 @@ pub(super) struct Census {
     pub(crate) names: Vec<String>,
     /// `s` and `o` statements, each with the first triangle after it.
     pub(crate) smoothing: Vec<(usize, Smoothing)>,
+    /// `o` statements, each with the first triangle after it and its name.
+    pub(crate) objects: Vec<(usize, String)>,
+    /// `g` statements likewise.
+    pub(crate) groups: Vec<(usize, String)>,
     /// `mtllib` statements: offset and argument.
     pub(crate) libraries: Vec<(u64, Vec<u8>)>,
     /// Faces with fewer than three corners.
@@ -86,13 +90,24 @@ pub(super) fn scan(text: &[u8]) -> Census {
             b"usemtl" => census.switch(at, paths::unquoted(lines::name(rest)), &mut names),
             b"mtllib" => census.libraries.push((at as u64, lines::name(rest).to_vec())),
             b"s" => census.smooth(Smoothing::Group(smoothing_group(rest))),
-            b"o" => census.smooth(Smoothing::Object),
-            b"g" => {}
+            b"o" => {
+                census.smooth(Smoothing::Object);
+                begin_part(&mut census.objects, census.triangles, rest);
+            }
+            b"g" => begin_part(&mut census.groups, census.triangles, rest),
             b"l" | b"p" => add(&mut census.strokes, once(at)),
             _ => census.unknown(lines::excerpt(keyword), once(at)),
         }
     }
     census
+}
+
+/// Takes down the name of an object or a group, in the place of one that no face followed.
+fn begin_part(parts: &mut Vec<(usize, String)>, triangle: usize, rest: &[u8]) {
+    if parts.last().is_some_and(|(first, _)| *first == triangle) {
+        parts.pop();
+    }
+    parts.push((triangle, lines::text(lines::name(rest))));
 }
 
 fn once(at: usize) -> Tally {
@@ -171,6 +186,22 @@ impl Census {
         std::iter::once(("", 0..first, 0)).chain(named).filter(|(_, range, _)| !range.is_empty())
     }
 
+    /// Objects, or groups where no object is named: each with its first triangle and its name, which may be empty. Triangles before
+    /// the first are of none of them.
+    pub(crate) fn parts(&self) -> Vec<(u32, String)> {
+        let named = if self.objects.is_empty() { &self.groups } else { &self.objects };
+        let mut parts: Vec<(u32, String)> = Vec::new();
+        for (triangle, name) in named.iter().filter(|(triangle, _)| *triangle < self.triangles) {
+            match parts.last_mut() {
+                Some(last) if last.1 == *name => {}
+                // a block may begin with a statement that follows one at the end of the block before
+                Some(last) if last.0 == *triangle as u32 => last.1.clone_from(name),
+                _ => parts.push((*triangle as u32, name.clone())),
+            }
+        }
+        parts
+    }
+
     /// Takes in what a block that begins at `start` leaves out.
     fn leave_out(&mut self, start: u64, block: &Census) {
         let moved = |tally: &Tally| Tally { first: start + tally.first, ..*tally };
@@ -206,6 +237,11 @@ pub(super) fn merge<'a>(blocks: impl Iterator<Item = (u64, &'a Census)>) -> Cens
             total.switches.push(Switch { triangle, name, at: start + switch.at });
         }
         total.smoothing.extend(block.smoothing.iter().map(|&(triangle, s)| (total.triangles + triangle, s)));
+        let moved = |parts: &[(usize, String)]| -> Vec<(usize, String)> {
+            parts.iter().map(|(triangle, name)| (total.triangles + triangle, name.clone())).collect()
+        };
+        total.objects.extend(moved(&block.objects));
+        total.groups.extend(moved(&block.groups));
         total.counts = total.counts.plus(block.counts);
         total.triangles += block.triangles;
         total.libraries.extend(block.libraries.iter().map(|(at, name)| (start + at, name.clone())));

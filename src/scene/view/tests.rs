@@ -77,6 +77,7 @@ impl Builder {
             },
             material_names: vec!["grey".into(), "lamp".into()],
             materials: [("grey".into(), MaterialDescription::default()), ("lamp".into(), lamp)].into(),
+            parts: Vec::new(),
             warnings: Vec::new(),
             origin: DVec3::ZERO,
         };

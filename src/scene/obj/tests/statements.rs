@@ -255,3 +255,20 @@ fn a_file_that_shrinks_is_an_error() {
     std::fs::write(&path, TRIANGLE).unwrap();
     assert!(matches!(super::super::load_in_blocks(&source, 1 << 20), Err(Error::Io { .. })));
 }
+
+#[test]
+fn objects_are_named_by_o_and_else_by_g() {
+    let named = |parts: &[(u32, &str)]| parts.iter().map(|(t, name)| (*t, name.to_string())).collect::<Vec<_>>();
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    let cases = [
+        ("f 1 2 3\no chair leg # note\nf 1 2 3 4\ng back\no\nf 1 2 3\n", named(&[(1, "chair leg"), (3, "")])),
+        ("g a b\nf 1 2 3\ng c\ng d\nf 1 2 3 4\ng d\nf 1 2 3\n", named(&[(0, "a b"), (1, "d")])),
+        ("f 1 2 3\no last\n", Vec::new()),
+    ];
+    for (text, wanted) in cases {
+        for block in [1 << 20, 1, 9, 17] {
+            let found = load_text(&format!("{square}{text}"), block).unwrap().parts;
+            assert_eq!(found, wanted, "{text:?} in blocks of {block}");
+        }
+    }
+}
