@@ -12,7 +12,7 @@ use phototaxis::bsdf::{
 };
 use phototaxis::geometry::{Attribute, Hit, Indices, Mesh, SurfaceInteraction};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use phototaxis::guiding::{Guide, PackedDirection, Recorder, RegionId, Transition};
+use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, RegionId, Transition};
 use phototaxis::math::{Rgb, alias::AliasTable, rng::Rng, warp};
 use phototaxis::texture::ColorTexture;
 use std::f32::consts::FRAC_1_PI;
@@ -95,7 +95,8 @@ fn transitions(guide: &Guide, n: usize, seed: u64) -> Recorder {
             bsdf_pdf: pdf,
             guide_pdf: -1.0,
             scattered: pdf,
-            rays: 3.0,
+            hue: Hue::GREY,
+            rays: 3,
         });
     }
     recorder

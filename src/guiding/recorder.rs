@@ -1,5 +1,6 @@
 //! What a tile learnt: transitions, in the order of its paths, sorted only by the shard that will read them.
 
+use crate::guiding::packed_color::Hue;
 use crate::guiding::packed_direction::PackedDirection;
 use crate::guiding::spatial::RegionId;
 use crate::math::rng::mix;
@@ -24,6 +25,8 @@ pub struct Transition {
     pub normal: PackedDirection,
     /// Radiance (luminance) that arrived along `wi`.
     pub target: f32,
+    /// Its colour.
+    pub hue: Hue,
     /// Density of the mixture that drew `wi`, of the BSDF alone and of the guide alone, per steradian; the last is
     /// negative where the guide knew nothing.
     pub pdf: f32,
@@ -31,8 +34,8 @@ pub struct Transition {
     pub guide_pdf: f32,
     /// Luminance of f·|cosθ|, divided by the albedo.
     pub scattered: f32,
-    /// Rays that the rest of the path took.
-    pub rays: f32,
+    /// Rays that the rest of the path took, 65535 at most.
+    pub rays: u16,
 }
 
 /// Owned by one tile while it renders, then folded into the table in the order of tiles.

@@ -4,6 +4,7 @@ use super::bsdf_fraction::BsdfFraction;
 use super::directional::DirectionalModel;
 use super::recorder::Transition;
 use super::spatial::RegionId;
+use crate::math::{LUMINANCE, Rgb};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -79,6 +80,9 @@ pub struct ReturnMoments {
     pub mean: f32,
     pub square: f32,
     pub rays: f32,
+    /// Of the mean, which is a luminance, the channels red and blue.
+    pub red: f32,
+    pub blue: f32,
 }
 
 impl ReturnMoments {
@@ -94,6 +98,20 @@ impl ReturnMoments {
         let step = 1.0 / self.weight;
         self.mean += (estimate - self.mean) * step;
         self.square += (estimate * estimate - self.square) * step;
-        self.rays += (transition.rays - self.rays) * step;
+        self.rays += (f32::from(transition.rays) - self.rays) * step;
+        let light = transition.hue.light() * estimate;
+        self.red += (light.x - self.red) * step;
+        self.blue += (light.z - self.blue) * step;
+    }
+
+    /// The mean as a prediction of the estimate: times n/(n + v), where v is the relative variance of one estimate and n their number.
+    /// Of all multiples of the mean that is the one with the least mean square error, if the true mean is as it seems.
+    pub(super) fn expected(&self) -> Rgb {
+        let square = self.mean * self.mean;
+        let known = self.weight * square / (self.weight * square + (self.square - square).max(0.0));
+        let [red, green, blue] = LUMINANCE.to_array();
+        let green = ((self.mean - red * self.red - blue * self.blue) / green).max(0.0);
+        let expected = Rgb::new(self.red, green, self.blue) * known;
+        if expected.is_finite() && expected.min_element() >= 0.0 { expected } else { Rgb::ZERO }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::directional::hemitree::Node;
 use super::directional::{DirectionalModel, InFrame, Model, Normals, SamplingOptions};
+use super::packed_color::PackedColor;
 use super::region::Region;
 use super::region_index::RegionIndex;
 use super::spatial::{Partition, RegionId, RegionLookup, SpatialPartition};
@@ -34,6 +35,8 @@ pub struct RegionInfo {
     pub square: f32,
     pub mean: f32,
     pub rays: f32,
+    /// What is expected of that estimate, in colour: its mean, the nearer to 0 the less is known of it.
+    pub expected: PackedColor,
 }
 
 impl RegionInfo {
@@ -102,6 +105,7 @@ impl<S: SpatialPartition, D: DirectionalModel> Snapshot<S, D> {
             square: region.returns.square,
             mean: region.returns.mean,
             rays: region.returns.rays,
+            expected: PackedColor::new(region.returns.expected()),
         };
         (row, directions)
     }

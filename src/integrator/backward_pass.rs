@@ -2,7 +2,7 @@
 
 use super::vertex_record::{PathSegment, VertexRecord, VertexRecords};
 use crate::guiding::settings::LearningRule;
-use crate::guiding::{Recorder, Transition};
+use crate::guiding::{Hue, Recorder, Transition};
 use crate::math::{Rgb, luminance};
 
 /// The vertices of a wave as the backward pass needs them, in the order of its rays.
@@ -102,7 +102,7 @@ pub(super) fn record(waves: &[WaveRecord], buffers: &mut [Vec<Return>; 2], recor
             let (arrival, expected) = (wave.arrivals.get(i), wave.expected[i]);
             let arrived = wave.local[i] + (expected.radiance + behind.radiance * expected.rest);
             let rays = 1.0 + behind.rays;
-            push(recorder, &arrival, luminance(arrived), rays);
+            push(recorder, &arrival, arrived, rays);
             if let Some(parent) = before.get_mut(arrival.parent as usize) {
                 parent.radiance += arrival.weight * arrived;
                 parent.rays += rays;
@@ -112,12 +112,14 @@ pub(super) fn record(waves: &[WaveRecord], buffers: &mut [Vec<Return>; 2], recor
     }
 }
 
-fn push(recorder: &mut Recorder, arrival: &VertexRecord, target: f32, rays: f32) {
+fn push(recorder: &mut Recorder, arrival: &VertexRecord, arrived: Rgb, rays: f32) {
+    let target = luminance(arrived);
     if let Some(edge) = arrival.edge
         && target.is_finite()
     {
+        let (hue, rays) = (Hue::of(arrived), rays as u16);
         let PathSegment { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered } = edge;
-        recorder.push(Transition { key, wi, normal, target, pdf, bsdf_pdf, guide_pdf, scattered, rays });
+        recorder.push(Transition { key, wi, normal, target, hue, pdf, bsdf_pdf, guide_pdf, scattered, rays });
     }
 }
 

@@ -51,7 +51,7 @@ fn learnt(x: Option<BootstrapValue>, y: Option<BootstrapValue>) -> Vec<(u64, f32
     let rest = || vec![Return { radiance: Rgb::splat(1e9), rays: 1e9 }; 3];
     record_all(&waves, &mut [rest(), rest()], &mut recorder);
     let all = (0..SHARDS).flat_map(|shard| recorder.shard(shard));
-    let mut all: Vec<(u64, f32, f32)> = all.map(|t| (t.key.0, t.target, t.rays)).collect();
+    let mut all: Vec<(u64, f32, f32)> = all.map(|t| (t.key.0, t.target, f32::from(t.rays))).collect();
     all.sort_by_key(|(key, ..)| *key);
     all
 }
@@ -118,7 +118,7 @@ fn parts_of_a_split_add_up() {
     let mut recorder = Recorder::new();
     record_all(&waves, &mut [Vec::new(), Vec::new()], &mut recorder);
     let found = (0..SHARDS).flat_map(|shard| recorder.shard(shard)).find(|t| t.key == RegionId(1)).unwrap();
-    assert!((found.target - (0.5 + 0.5 + 0.5 + 4.0)).abs() < 1e-5 && found.rays == 4.0, "{found:?}");
+    assert!((found.target - (0.5 + 0.5 + 0.5 + 4.0)).abs() < 1e-5 && found.rays == 4, "{found:?}");
     let Transition { pdf, bsdf_pdf, guide_pdf, scattered, .. } = *found;
     assert_eq!((pdf, bsdf_pdf, guide_pdf, scattered), (0.5, 0.75, -1.0, 0.25));
 }

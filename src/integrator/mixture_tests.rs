@@ -5,7 +5,7 @@ use crate::bsdf::{
 };
 use crate::geometry::{Hit, Mesh};
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use crate::guiding::{Guide, PackedDirection, Recorder, RegionInfo, Transition};
+use crate::guiding::{Guide, Hue, PackedDirection, Recorder, RegionInfo, Transition};
 use crate::math::{luminance, warp};
 use crate::stats::{Chi2Report, DirectionTest, Domain, sidak};
 use crate::texture::ColorTexture;
@@ -124,7 +124,8 @@ pub(crate) fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut R
                 bsdf_pdf: 1.0,
                 guide_pdf: -1.0,
                 scattered: 1.0,
-                rays: 1.0,
+                hue: Hue::GREY,
+                rays: 1,
             });
         }
         guide.learn(&[&recorder]);

@@ -125,7 +125,7 @@ impl PathIntegrator<'_> {
         let mut walk = Wavefront { integrator: self, task: &task, batch, probe, counters, learn: false, jitter };
         walk.weigh_pixels();
         walk.advance(2, &Stop::new());
-        walk.batch.radiance.all.clone()
+        walk.batch.radiance.all().collect()
     }
 
     /// Light that no choice of directions helps with: what the first vertex emits, and what shadow rays from it find.

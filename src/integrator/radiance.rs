@@ -7,8 +7,10 @@ use crate::math::Rgb;
 /// Radiance by path, W/(sr·m²) in the scene's unit of light.
 #[derive(Default)]
 pub(super) struct Radiance {
-    /// Of all light.
-    pub(super) all: Vec<Rgb>,
+    /// Of all light that was found.
+    found: Vec<Rgb>,
+    /// Light that was expected and not looked for, less light that was looked for more often than once: 0 on average.
+    expected: Vec<Rgb>,
     /// Of the light that a layer takes.
     layers: Vec<(RadianceLayer, Vec<Rgb>)>,
 }
@@ -20,7 +22,8 @@ impl Radiance {
             radiance.clear();
             radiance.resize(paths, Rgb::ZERO);
         };
-        blank(&mut self.all);
+        blank(&mut self.found);
+        blank(&mut self.expected);
         let mut before = std::mem::take(&mut self.layers).into_iter().map(|(_, buffer)| buffer);
         for layer in layers {
             let mut buffer = before.next().unwrap_or_default();
@@ -32,12 +35,34 @@ impl Radiance {
     /// Adds what the path in this place has brought.
     #[inline(always)]
     pub(super) fn add(&mut self, slot: usize, path: LightPath, light: Rgb) {
-        self.all[slot] += light;
+        self.found[slot] += light;
         for (layer, radiance) in &mut self.layers {
             if layer.takes(path) {
                 radiance[slot] += light;
             }
         }
+    }
+
+    /// Adds what was expected of paths that were not followed from the path in this place. It counts as light that was scattered twice or
+    /// more often: no layer may be other than on average.
+    #[inline(always)]
+    pub(super) fn expect(&mut self, slot: usize, light: Rgb) {
+        self.expected[slot] += light;
+        for (layer, radiance) in &mut self.layers {
+            if layer.takes(LightPath { segments: u32::MAX }) {
+                radiance[slot] += light;
+            }
+        }
+    }
+
+    /// What each path brings.
+    pub(super) fn all(&self) -> impl Iterator<Item = Rgb> {
+        self.found.iter().zip(&self.expected).map(|(found, expected)| *found + *expected)
+    }
+
+    /// Whether the path in this place has found light.
+    pub(super) fn is_lit(&self, slot: usize) -> bool {
+        self.found[slot] != Rgb::ZERO
     }
 
     /// What a layer holds; `None` where it was not asked for.
@@ -50,10 +75,30 @@ impl Radiance {
         let pixels = samples.sum.len();
         for (_, radiance) in &self.layers[..count] {
             let mut sum = vec![Rgb::ZERO; pixels];
-            for (slot, light) in radiance.iter().enumerate().filter(|(slot, _)| self.all[*slot].is_finite()) {
-                sum[slot % pixels] += light;
+            for (slot, (light, all)) in radiance.iter().zip(self.all()).enumerate() {
+                sum[slot % pixels] += if all.is_finite() { *light } else { Rgb::ZERO };
             }
             samples.layers.push(sum);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_expected_is_in_the_picture_and_among_indirect_light() {
+        let layers =
+            [RadianceLayer::Emission, RadianceLayer::Direct, RadianceLayer::Indirect, RadianceLayer::Shortest(2)];
+        let mut radiance = Radiance::default();
+        radiance.begin(layers.into_iter(), 2);
+        radiance.add(0, LightPath { segments: 2 }, Rgb::ONE);
+        radiance.expect(0, Rgb::splat(-0.5));
+        radiance.expect(1, Rgb::splat(0.25));
+        assert_eq!(radiance.all().collect::<Vec<_>>(), [Rgb::splat(0.5), Rgb::splat(0.25)]);
+        let of = |layer| radiance.layer(layer).unwrap().iter().map(|light| light.x).collect::<Vec<_>>();
+        assert_eq!(layers.map(of), [vec![0.0, 0.0], vec![1.0, 0.0], vec![-0.5, 0.25], vec![1.0, 0.0]]);
+        assert!(radiance.is_lit(0) && !radiance.is_lit(1), "a path that ends has found nothing");
     }
 }

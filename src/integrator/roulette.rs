@@ -1,6 +1,6 @@
 //! How many paths go on from a vertex: none, one, or several.
 
-use crate::guiding::RegionInfo;
+use crate::guiding::{PackedColor, RegionInfo};
 use crate::simd::pick;
 
 /// Survival of roulette at most, so that no path between mirrors runs for ever.
@@ -27,7 +27,7 @@ impl RouletteNormalisation {
     /// that a loop over many runs in vectors.
     #[inline(always)]
     pub(crate) fn paths(&self, moments: Moments, reflected: f32, inverse_luminance: f32, max_split: f32) -> f32 {
-        let Moments { square, mean, rays } = moments;
+        let Moments { square, mean, rays, .. } = moments;
         let importance = reflected * inverse_luminance * self.scale;
         let factor = |moment: f32| importance * (moment / rays.max(1.0)).max(0.0).sqrt();
         let (survival, split) = (factor(square), factor(square - mean * mean).max(1.0));
@@ -41,12 +41,14 @@ pub(crate) struct Moments {
     pub(crate) square: f32,
     pub(crate) mean: f32,
     pub(crate) rays: f32,
+    /// What is expected of it, in colour.
+    pub(crate) expected: PackedColor,
 }
 
 impl Moments {
     #[inline(always)]
-    pub(crate) fn of(&RegionInfo { square, mean, rays, .. }: &RegionInfo) -> Moments {
-        Moments { square, mean, rays }
+    pub(crate) fn of(&RegionInfo { square, mean, rays, expected, .. }: &RegionInfo) -> Moments {
+        Moments { square, mean, rays, expected }
     }
 }
 

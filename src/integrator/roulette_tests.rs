@@ -1,8 +1,9 @@
 use super::*;
+use crate::guiding::PackedColor;
 use crate::math::rng::Rng;
 
 fn with(mean: f32, square: f32, rays: f32) -> Moments {
-    Moments { square, mean, rays }
+    Moments { square, mean, rays, expected: PackedColor::default() }
 }
 
 /// Of a picture whose paths take as many rays as they have variance. Pixels have a luminance of 2 unless said.

@@ -12,10 +12,13 @@ use glam::Vec3;
 /// Linear RGB with sRGB primaries: radiance (W/(sr·m²)), reflectance or weight.
 pub type Rgb = Vec3;
 
+/// The luminance of each channel.
+pub(crate) const LUMINANCE: Rgb = Rgb::new(0.2126, 0.7152, 0.0722);
+
 /// Luminance of linear sRGB (ITU-R BT.709): what the guide learns, being one number per direction.
 #[inline]
 pub fn luminance(c: Rgb) -> f32 {
-    0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z
+    LUMINANCE.x * c.x + LUMINANCE.y * c.y + LUMINANCE.z * c.z
 }
 
 /// Whether a number can be a sum of light or of visits: finite and not negative.

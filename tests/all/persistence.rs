@@ -3,7 +3,7 @@
 use glam::Vec3;
 use phototaxis::format;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use phototaxis::guiding::{Guide, PackedDirection, Recorder, Transition};
+use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, Transition};
 use phototaxis::image::Image;
 use phototaxis::image::metrics::compare;
 use phototaxis::integrator::IntegratorSettings;
@@ -63,7 +63,8 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
             bsdf_pdf: 0.3,
             guide_pdf: 0.1,
             scattered: 0.3,
-            rays: 2.0,
+            hue: Hue::GREY,
+            rays: 2,
         });
     }
     guide.learn(&[&recorder]);
@@ -193,7 +194,8 @@ fn the_format_is_that_of_version_5() {
     let mut recorder = Recorder::new();
     let (wi, key) = (PackedDirection::new(Vec3::Y), guide.field().locate(Vec3::ONE, Vec3::Y, [0.5; 3]).unwrap().drawn);
     let (pdf, bsdf_pdf, guide_pdf) = (0.5, 0.5, -1.0);
-    let visit = Transition { key, wi, normal: wi, target: 2.0, pdf, bsdf_pdf, guide_pdf, scattered: 0.5, rays: 1.0 };
+    let hue = Hue::GREY;
+    let visit = Transition { key, wi, normal: wi, target: 2.0, hue, pdf, bsdf_pdf, guide_pdf, scattered: 0.5, rays: 1 };
     recorder.push(visit);
     guide.learn(&[&recorder]);
     guide_file::write(&path, &guide, &subject(&settings), 300).unwrap();

@@ -5,7 +5,7 @@ use crate::{pictures, seeds};
 use glam::Vec3;
 use phototaxis::format as scene_file;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use phototaxis::guiding::{Guide, PackedDirection, Recorder, Transition};
+use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, Transition};
 use phototaxis::image::exr::read_layers;
 use phototaxis::integrator::IntegratorSettings;
 use phototaxis::lab::compare::file as plan_file;
@@ -199,7 +199,8 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
             bsdf_pdf: 0.3,
             guide_pdf: 0.1,
             scattered: 0.3,
-            rays: 2.0,
+            hue: Hue::GREY,
+            rays: 2,
         });
     }
     guide.learn(&[&recorder]);

@@ -1,6 +1,7 @@
 //! What is learnt from known targets, and how much memory it takes.
 
 use super::*;
+use crate::math::Rgb;
 use crate::math::rng::Rng;
 use proptest::prelude::*;
 
@@ -15,7 +16,7 @@ fn random_transitions(rng: &mut Rng, guide: &Guide, n: usize) -> Vec<Transition>
         // from 2⁻⁴⁰ to 2⁴⁰, a tenth of them black
         let target = if rng.f32() < 0.1 { 0.0 } else { (80.0 * rng.f32() - 40.0).exp2() };
         let guide_pdf = if rng.f32() < 0.2 { -1.0 } else { rng.f32() };
-        let (rays, bsdf_pdf) = (1.0 + (9.0 * rng.f32()).floor(), rng.f32());
+        let (rays, bsdf_pdf) = (1 + (9.0 * rng.f32()) as u16, rng.f32());
         Transition { rays, bsdf_pdf, guide_pdf, ..visit(key, normal, wi, target) }
     };
     (0..n).map(|_| one(rng)).collect()
@@ -167,19 +168,51 @@ fn learning_leaves_the_snapshot_alone() {
 fn returns_are_moments_of_the_irradiance_s_estimate() {
     let mut guide = guide(|s| s.strata = 1);
     let key = state(&guide, Vec3::splat(0.3), Vec3::X);
-    let one = |target: f32, pdf: f32, scattered: f32, rays: f32| Transition {
+    let one = |target: f32, pdf: f32, scattered: f32, rays: u16| Transition {
         pdf,
         scattered,
         rays,
         ..visit(key, Vec3::X, Vec3::X, target)
     };
     // estimates 4, 0 and 2; what a sharp lobe scattered says nothing
-    learn(
-        &mut guide,
-        [one(2.0, 0.5, 1.0, 3.0), one(0.0, 0.5, 1.0, 1.0), one(4.0, 0.25, 0.125, 5.0), one(9.0, 1.0, 0.0, 9.0)],
-    );
+    learn(&mut guide, [one(2.0, 0.5, 1.0, 3), one(0.0, 0.5, 1.0, 1), one(4.0, 0.25, 0.125, 5), one(9.0, 1.0, 0.0, 9)]);
     let returns = guide.store.get(key).unwrap().returns;
-    assert_eq!(returns, ReturnMoments { weight: 3.0, mean: 2.0, square: 20.0 / 3.0, rays: 3.0 });
+    assert_eq!((returns.weight, returns.mean, returns.square, returns.rays), (3.0, 2.0, 20.0 / 3.0, 3.0));
+    // of grey light, whose channels are as bright as it is
+    assert!((returns.red - 2.0).abs() < 1e-5 && (returns.blue - 2.0).abs() < 1e-5, "{returns:?}");
+    // three estimates of relative variance 2/3
+    let expected = returns.expected();
+    assert!((expected - Rgb::splat(2.0 * 3.0 / (3.0 + 2.0 / 3.0))).abs().max_element() < 1e-4, "{expected}");
+}
+
+/// What is expected has the colour of the light, nothing is expected where nothing is known, and no file can make it anything but a
+/// colour.
+#[test]
+fn what_is_expected_is_a_colour() {
+    let mut guide = guide(|s| s.strata = 1);
+    let key = state(&guide, Vec3::splat(0.3), Vec3::X);
+    let light = Rgb::new(3.0, 0.0, 0.5);
+    let one = Transition {
+        hue: Hue::of(light),
+        scattered: 1.0,
+        pdf: 1.0,
+        ..visit(key, Vec3::X, Vec3::X, crate::math::luminance(light))
+    };
+    learn(&mut guide, [one; 50]);
+    let known = guide.store.get(key).unwrap().returns;
+    assert!((known.expected() - light).abs().max_element() < 0.03, "{}", known.expected());
+    assert_eq!(ReturnMoments::default().expected(), Rgb::ZERO);
+    for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0] {
+        for returns in [
+            ReturnMoments { mean: broken, ..known },
+            ReturnMoments { red: broken, ..known },
+            ReturnMoments { square: broken, ..known },
+            ReturnMoments { weight: broken, ..known },
+        ] {
+            let expected = returns.expected();
+            assert!(expected.is_finite() && expected.min_element() >= 0.0, "{returns:?}: {expected}");
+        }
+    }
 }
 
 /// Where BSDF and guide each have two halves of the directions, the learnt share goes to whichever is right.

@@ -61,7 +61,8 @@ fn visit(key: RegionId, n: Vec3, wi: Vec3, target: f32) -> Transition {
         bsdf_pdf: cos * std::f32::consts::FRAC_1_PI,
         guide_pdf: -1.0,
         scattered: cos * std::f32::consts::FRAC_1_PI,
-        rays: 2.0,
+        hue: Hue::GREY,
+        rays: 2,
     }
 }
 

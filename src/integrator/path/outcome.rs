@@ -43,7 +43,7 @@ impl<P: Probe> Wavefront<'_, '_, P> {
             layers: Vec::new(),
             features: vec![Aovs::default(); if self.integrator.features { pixels } else { 0 }],
         };
-        for (slot, &radiance) in self.batch.radiance.all.iter().enumerate() {
+        for (slot, radiance) in self.batch.radiance.all().enumerate() {
             let pixel = slot % pixels;
             if !radiance.is_finite() {
                 self.counters.non_finite += 1;
@@ -52,7 +52,7 @@ impl<P: Probe> Wavefront<'_, '_, P> {
                 self.counters.first_non_finite.get_or_insert((x, y, sample));
                 continue;
             }
-            self.counters.zero_contribution += (radiance == Rgb::ZERO) as u64;
+            self.counters.zero_contribution += !self.batch.radiance.is_lit(slot) as u64;
             samples.sum[pixel] += radiance;
             samples.sum_squares[pixel] += radiance * radiance;
         }
@@ -71,9 +71,8 @@ impl<P: Probe> Wavefront<'_, '_, P> {
             return Vec::new();
         };
         let mut sums = vec![[0.0; 2]; pixels];
-        for (slot, (all, direct)) in radiance.all.iter().zip(direct).enumerate().filter(|(_, (all, _))| all.is_finite())
-        {
-            let bounced = luminance(*all - *direct);
+        for (slot, (all, direct)) in radiance.all().zip(direct).enumerate().filter(|(_, (all, _))| all.is_finite()) {
+            let bounced = luminance(all - *direct);
             sums[slot % pixels][0] += bounced;
             sums[slot % pixels][1] += bounced * bounced;
         }

@@ -3,7 +3,7 @@
 use super::guided::Guided;
 use crate::bsdf::BsdfLanes;
 use crate::geometry::Surfaces;
-use crate::guiding::{GuideLanes, GuidingDistribution, Node};
+use crate::guiding::{GuideLanes, GuidingDistribution, Node, PackedColor};
 use crate::integrator::mixture::{Densities, GuidedLobes, Mixture};
 use crate::integrator::roulette::Moments;
 use crate::light::LightSamples;
@@ -35,6 +35,7 @@ pub(super) struct Packet<'a> {
     square: Lanes,
     mean: Lanes,
     rays_behind: Lanes,
+    expected: [PackedColor; LANES],
     pub(crate) lights: LightSamples,
     pub(crate) rng: RngLanes,
 }
@@ -56,6 +57,7 @@ impl<'a> Packet<'a> {
             square: [0.0; LANES],
             mean: [0.0; LANES],
             rays_behind: [1.0; LANES],
+            expected: [PackedColor::default(); LANES],
             lights: LightSamples::new(),
             rng: RngLanes::ZERO,
         }
@@ -155,9 +157,10 @@ impl<'a> Packet<'a> {
 
     /// Takes what the state at vertex `k` knows of what comes back to it.
     #[inline(always)]
-    pub(crate) fn set_moments(&mut self, k: usize, Moments { square, mean, rays }: Moments) {
+    pub(crate) fn set_moments(&mut self, k: usize, Moments { square, mean, rays, expected }: Moments) {
         self.has_moments.set(k, true);
         (self.square[k], self.mean[k], self.rays_behind[k]) = (square, mean, rays);
+        self.expected[k] = expected;
     }
 
     /// Where a state has told so much.
@@ -169,7 +172,23 @@ impl<'a> Packet<'a> {
     /// What it has told at vertex `k`; any where it has not.
     #[inline(always)]
     pub(crate) fn moments(&self, k: usize) -> Moments {
-        Moments { square: self.square[k], mean: self.mean[k], rays: self.rays_behind[k] }
+        let (square, mean, rays) = (self.square[k], self.mean[k], self.rays_behind[k]);
+        Moments { square, mean, rays, expected: self.expected[k] }
+    }
+
+    /// What the states expect to come back by the lobes that a guide may stand in for, where surfaces reflect `albedo`; black where
+    /// nothing is known.
+    #[inline(always)]
+    pub(crate) fn expected(&self, albedo: &Vec3Lanes, expected: &mut Vec3Lanes) {
+        let mut share = [0.0; LANES];
+        for k in each(self.has_moments) {
+            share[k] = self.lobes(k).share();
+        }
+        let told = self.has_moments.lanes();
+        for k in 0..LANES {
+            let light = albedo.get(k) * (self.expected[k].color() * share[k]);
+            expected.set(k, pick(told.has(k), light, Rgb::ZERO));
+        }
     }
 
     /// All trees were taken.

@@ -167,6 +167,9 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     /// Draws where paths go on, once or more often, and lays their next rays.
     fn scatter(&mut self, packet: &mut Packet<'a>, depth: u32) {
         let survival = self.survive(packet, depth);
+        if packet.has_moments().any() {
+            self.add_expected(packet, &survival);
+        }
         let (wide, goes) = (packet.vectorised(), mask(|k| survival.count[k] > 0));
         for k in each(goes & !wide) {
             self.draw(packet, k, &survival);
@@ -176,6 +179,23 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             self.split(packet, splits, &survival);
         }
         self.scatter_vectorised(packet, wide & goes, &survival);
+    }
+
+    /// Adds what was expected of branches that roulette has ended, and takes it away for those that splitting has added: C(1 − N/r),
+    /// where N branches go on, r were expected and each is expected to bring C. That is 0 on average, whatever C is, as it was known
+    /// before N was drawn; and the nearer C is to what a branch brings, the less is left to chance (a control variate).
+    #[inline(always)]
+    fn add_expected(&mut self, packet: &Packet, survival: &Survival) {
+        let mut expected = Vec3Lanes::ZERO;
+        packet.expected(&survival.albedo, &mut expected);
+        let before = self.batch.wave.paths.packet(packet.ray(0));
+        for k in 0..LANES {
+            let missing = 1.0 - survival.count[k] as f32 / survival.paths[k];
+            expected.set(k, before.throughput.get(k) * expected.get(k) * missing);
+        }
+        for k in each(packet.has_moments()) {
+            self.batch.radiance.expect(before.slot[k] as usize, expected.get(k));
+        }
     }
 
     /// The second and further branches of paths that split.
@@ -213,22 +233,21 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         next.rays.pack(&packing, &RayRows { org, dir, tfar: &[f32::INFINITY; LANES] });
         next.paths.pack(&packing, &paths);
         if self.learn {
-            next.paths.arrivals.pack(&packing, &edges(packet, &proposals, &weight, &survival.albedo));
+            next.paths.arrivals.pack(&packing, &edges(packet, &proposals, &weight, &survival.luminance));
         }
     }
 
     /// Whether paths go on, and each as how many.
     #[inline(always)]
     fn survive(&self, packet: &mut Packet<'a>, depth: u32) -> Survival {
-        let (mut albedo, scatters) = (Vec3Lanes::ZERO, packet.bsdfs.are());
-        packet.albedo(&mut albedo);
+        let (mut s, scatters) = (Survival::NONE, packet.bsdfs.are());
+        packet.albedo(&mut s.albedo);
         let before = &self.batch.wave.paths.packet(packet.ray(0)).analog;
-        let mut s = Survival::default();
         for k in 0..LANES {
-            s.analog[k] = before[k] * albedo.get(k).max_element();
-            s.albedo[k] = luminance(albedo.get(k));
+            s.analog[k] = before[k] * s.albedo.get(k).max_element();
+            s.luminance[k] = luminance(s.albedo.get(k));
         }
-        s.paths = self.expected_paths(packet, &albedo, &mut s.analog, depth);
+        s.paths = self.expected_paths(packet, &s.albedo, &mut s.analog, depth);
         let (u, scatters) = (packet.rng.f32(scatters), scatters.lanes());
         for k in 0..LANES {
             let count = s.paths[k] as u32 + (u[k] < s.paths[k].fract()) as u32;
@@ -255,7 +274,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             let Some(next) = mixture.sample_by(cell, &si, wo, &mut rng) else { continue };
             let weight = next.weight / paths;
             if self.learn {
-                let edge = edge(packet, k, &next, survival.albedo[k]);
+                let edge = edge(packet, k, &next, survival.luminance[k]);
                 let back = self.unexpected(packet, k, &next) / paths;
                 let arrival = VertexRecord { parent: i as u32, weight: back, edge };
                 self.batch.next.paths.arrivals.push(&arrival);
@@ -276,7 +295,6 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
 }
 
 /// How paths go on.
-#[derive(Default)]
 struct Survival {
     /// As so many.
     count: [u32; LANES],
@@ -284,6 +302,18 @@ struct Survival {
     paths: Lanes,
     /// What roulette goes by from here on.
     analog: Lanes,
-    /// Luminance of the BSDF's albedo.
-    albedo: Lanes,
+    /// The BSDF's albedo.
+    albedo: Vec3Lanes,
+    /// And its luminance.
+    luminance: Lanes,
+}
+
+impl Survival {
+    const NONE: Survival = Survival {
+        count: [0; LANES],
+        paths: [0.0; LANES],
+        analog: [0.0; LANES],
+        albedo: Vec3Lanes::ZERO,
+        luminance: [0.0; LANES],
+    };
 }

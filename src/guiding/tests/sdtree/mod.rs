@@ -8,6 +8,7 @@ mod schedule;
 mod space;
 
 use super::{PackedDirection, Recorder, Transition};
+use crate::guiding::Hue;
 use crate::guiding::directional::quadtree::{Branch, Fineness, QuadNode, Quadtree, SphereQuadtree, encode};
 use crate::guiding::directional::{DirectionalModel, Directions};
 use crate::guiding::guide::Guide;
@@ -156,7 +157,8 @@ impl Sample {
             bsdf_pdf: self.bsdf_pdf,
             guide_pdf: self.guide_pdf,
             scattered: self.scattered,
-            rays: 1.0,
+            hue: Hue::GREY,
+            rays: 1,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The SD-tree as the settings ask for it.
 
 use super::*;
-use crate::guiding::{Guide as FullGuide, RegionInfo};
+use crate::guiding::{Guide as FullGuide, Hue, RegionInfo};
 
 fn known_at(leaves: &FullGuide, p: Vec3) -> Option<&RegionInfo> {
     leaves.field().summary(leaves.field().locate(p, Vec3::Z, [0.5; 3])?.drawn)
@@ -27,7 +27,8 @@ fn record(leaves: &FullGuide, n: usize, rng: &mut Rng) -> Recorder {
             bsdf_pdf: UNIFORM_SPHERE_PDF,
             guide_pdf: known.map_or(-1.0, |summary| leaves.field().distribution(summary, Vec3::Z).pdf(w)),
             scattered: 1.0,
-            rays: 2.0,
+            hue: Hue::GREY,
+            rays: 2,
         });
     }
     recorder
