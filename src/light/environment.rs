@@ -1,6 +1,7 @@
 //! Surroundings from a picture in latitude-longitude form.
 
-use super::source::{Findings, LightParameters, LightSource};
+use super::source::{Extent, Findings, LightParameters, LightSource};
+use super::tree::FarLight;
 use super::{LightSample, check_light, scaled, wide_luminance};
 use crate::document::{NOT_NEGATIVE, key};
 use crate::fields::{FieldVisitor, Fields};
@@ -83,6 +84,10 @@ impl LightSource for Box<Environment> {
 
     fn power(&self, section: f64) -> f64 {
         section * self.luminance_integral
+    }
+
+    fn extent(&self) -> Extent {
+        Extent::Far(FarLight::around(self.luminance_integral))
     }
 
     fn brightness(&self, _scene_radius: f64) -> f64 {
