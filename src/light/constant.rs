@@ -46,7 +46,7 @@ impl LightSource for ConstantLight {
     }
 
     fn extent(&self) -> Extent {
-        Extent::Far(FarLight::around(4.0 * PI * wide_luminance(self.radiance)))
+        Extent::Far(FarLight::around(4.0 * PI * wide_luminance(self.radiance), 0.0))
     }
 
     fn brightness(&self, _scene_radius: f64) -> f64 {

@@ -87,7 +87,7 @@ impl LightSource for Box<Environment> {
     }
 
     fn extent(&self) -> Extent {
-        Extent::Far(FarLight::around(self.luminance_integral))
+        Extent::Far(FarLight::around(self.luminance_integral, self.excess()))
     }
 
     fn brightness(&self, _scene_radius: f64) -> f64 {
@@ -249,6 +249,19 @@ impl Environment {
         }
         self.luminance_integral = sums.iter().sum();
         self.rows = AliasTable::new(&sums);
+    }
+
+    /// As much of the integral of luminance as is brighter than its mean.
+    pub(super) fn excess(&self) -> f64 {
+        let Some(rows) = &self.rows else { return 0.0 };
+        let mean = self.luminance_integral / (4.0 * PI);
+        let in_row = |row: usize| {
+            let (sum, even) =
+                (self.luminance_integral * f64::from(rows.pmf(row)), mean / self.inverse_solid_angle[row]);
+            let cells = self.cells[row].iter().flat_map(|cells| (0..self.width).map(|k| f64::from(cells.pmf(k))));
+            cells.map(|share| (sum * share - even).max(0.0)).sum::<f64>()
+        };
+        (0..self.height - 1).map(in_row).sum()
     }
 
     fn row_luminance(&self, row: usize) -> Vec<f64> {

@@ -162,7 +162,10 @@ impl LightSource for Sky {
     }
 
     fn extent(&self) -> Extent {
-        Extent::Far(FarLight::around(self.power(1.0)))
+        Extent::Far(FarLight::around(
+            self.power(1.0),
+            self.dome.excess() + self.sun.as_ref().map_or(0.0, |sun| sun.power(1.0)),
+        ))
     }
 
     fn brightness(&self, scene_radius: f64) -> f64 {

@@ -102,6 +102,17 @@ impl AreaLight {
         }
     }
 
+    /// Whether it makes one flat patch with the triangle `other`: they share an edge and a plane but for rounding, and shine
+    /// alike.
+    pub fn continues(&self, other: &AreaLight) -> bool {
+        let corners = |light: &AreaLight| [light.origin, light.origin + light.edges[0], light.origin + light.edges[1]];
+        let one = |a: Vec3, b: Vec3| (a - b).abs().max_element() <= 4.0 * f32::EPSILON * a.abs().max_element();
+        let shared = corners(self).iter().filter(|&&a| corners(other).iter().any(|&b| one(a, b))).count();
+        let alike = (self.radiance, self.two_sided) == (other.radiance, other.two_sided);
+        // smaller angles than the tree can tell
+        alike && shared == 2 && self.normal.distance(other.normal) < 1.0 / 4096.0
+    }
+
     /// Luminance of the intensity along the normal, W/sr.
     fn intensity(&self, area: f64, mean: Rgb) -> f64 {
         // the pattern is at most 1, and may be small: the product with the radiance must not leave the range of an f32

@@ -2,6 +2,7 @@
 
 use super::far::Far;
 use super::node::Link;
+use super::patch::part;
 use super::{LightTree, is_amount};
 use crate::math::ONE_MINUS_EPSILON_F64;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
@@ -40,26 +41,60 @@ pub(super) struct Draw {
     pub rest: f64,
 }
 
-/// Draws one in proportion to its importance; `None` where all are 0. Sums need more digits than importances, or what is
-/// rare would be drawn at another rate than its own.
+/// Sums of importances, of which there are [`ROWS`] rows: they go down one column after the other, so that columns are summed
+/// side by side. Sums need more digits than importances, or what is rare would be drawn at another rate than its own.
+pub(super) struct Sums {
+    /// Of all that come before a column.
+    before: [f64; ROWS],
+    /// Of a column down to and with a row.
+    down: [[f64; ROWS]; ROWS],
+    pub total: f64,
+}
+
+const ROWS: usize = 4;
+const _: () = assert!(ROWS * ROWS == LANES);
+
+impl Sums {
+    #[inline(always)]
+    pub fn new(importances: &Lanes) -> Sums {
+        let mut down = [[0.0; ROWS]; ROWS];
+        for c in 0..ROWS {
+            down[0][c] = f64::from(importances[c]);
+        }
+        for r in 1..ROWS {
+            for c in 0..ROWS {
+                down[r][c] = down[r - 1][c] + f64::from(importances[r * ROWS + c]);
+            }
+        }
+        let (mut before, mut total) = ([0.0; ROWS], 0.0);
+        for c in 0..ROWS {
+            before[c] = total;
+            total += down[ROWS - 1][c];
+        }
+        Sums { before, down, total }
+    }
+}
+
+/// Draws one in proportion to its importance; `None` where all are 0.
 #[inline(always)]
 pub(super) fn draw(importances: &Lanes, u: f64) -> Option<Draw> {
-    let (mut sums, mut total) = ([0.0; LANES], 0.0);
-    for k in 0..LANES {
-        total += f64::from(importances[k]);
-        sums[k] = total;
-    }
+    let Sums { before, down, total } = Sums::new(importances);
     if !is_amount(total) {
         return None;
     }
     let target = target(u, total);
-    let mut index = 0;
-    for sum in sums {
-        index += usize::from(sum <= target);
+    // how many sums, in their order, are not beyond the target
+    let mut passed = [0; ROWS];
+    for row in &down {
+        for c in 0..ROWS {
+            passed[c] += u64::from(before[c] + row[c] <= target);
+        }
     }
-    let index = index.min(LANES - 1);
+    let passed = passed.iter().sum::<u64>().min(LANES as u64 - 1) as usize;
+    let (c, r) = (passed / ROWS, passed % ROWS);
+    let index = r * ROWS + c;
     let importance = f64::from(importances[index]);
-    let before = if index == 0 { 0.0 } else { sums[index - 1] };
+    let before = before[c] + if r == 0 { 0.0 } else { down[r - 1][c] };
     Some(Draw { index, pmf: importance / total, rest: rest(target - before, importance) })
 }
 
@@ -72,7 +107,7 @@ fn target(u: f64, total: f64) -> f64 {
 
 /// What is left of a number that points so far into a share.
 #[inline(always)]
-fn rest(into: f64, share: f64) -> f64 {
+pub(super) fn rest(into: f64, share: f64) -> f64 {
     let rest = into / share;
     let rest = pick(rest > 0.0, rest, 0.0);
     pick(rest < ONE_MINUS_EPSILON_F64, rest, ONE_MINUS_EPSILON_F64)
@@ -132,6 +167,20 @@ impl LightTree {
 
     /// [`Self::choose`] for the lanes of `lit`, at the points `p` with the normals `n`.
     pub fn choose_lanes(&self, lit: Mask, p: &Vec3Lanes, n: &Vec3Lanes, u: &[f64; LANES]) -> ChoiceLanes {
+        let mut chosen = self.choose_patches(lit, p, n, u);
+        if !self.shares.is_empty() {
+            let shares = chosen.light.map(|light| self.shares[light as usize]);
+            for k in 0..LANES {
+                let (next, pmf, rest) = part(shares[k], chosen.rest[k]);
+                chosen.light[k] += next;
+                chosen.pmf[k] *= pmf;
+                chosen.rest[k] = rest;
+            }
+        }
+        chosen
+    }
+
+    fn choose_patches(&self, lit: Mask, p: &Vec3Lanes, n: &Vec3Lanes, u: &[f64; LANES]) -> ChoiceLanes {
         if let Some(light) = self.only {
             return ChoiceLanes { light: [light; LANES], pmf: [1.0; LANES], rest: *u };
         }
@@ -151,11 +200,10 @@ impl LightTree {
             let child = root.child(c);
             for k in 0..LANES {
                 row[k] = child.importance(points.p.get(k), points.n.get(k), points.oriented[k] != 0);
-                total[k] += f64::from(row[k]);
             }
         }
-        for (far, _) in &self.far {
-            let row = far_row(far, points.n);
+        let far = self.far.iter().map(|(far, _)| far_row(far, points.n));
+        for row in rows[..self.children].iter().copied().chain(far) {
             for k in 0..LANES {
                 total[k] += f64::from(row[k]);
             }

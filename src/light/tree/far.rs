@@ -1,5 +1,7 @@
 //! Lights at infinity.
 
+use super::node::{less, sine};
+use crate::simd::pick;
 use glam::Vec3;
 
 /// A light at infinity, as the tree sees it.
@@ -9,14 +11,20 @@ pub(crate) struct FarLight {
     pub axis: Vec3,
     /// Angle between the middle and the edge, at most a right one.
     pub size: f64,
-    /// Luminance of the irradiance on a surface that faces the light; of light from all around ∫ L dω.
+    /// Luminance of the irradiance on a surface that faces the light; of light from all around, of that which directions
+    /// drawn by the surface itself find badly, as ∫ L dω.
     pub irradiance: f64,
 }
 
+/// Share of light from all around that counts even where it is the same everywhere.
+const DEFENSIVE: f64 = 0.1;
+
 impl FarLight {
-    /// Light from all around.
-    pub fn around(integral: f64) -> FarLight {
-        FarLight { axis: Vec3::ZERO, size: 0.0, irradiance: integral }
+    /// Light from all around, ∫ L dω, of which `excess` is brighter than the mean. The mean is what directions that are drawn
+    /// without regard to lights find as well: by multiple importance sampling, samples of it are better spent on other lights
+    /// (Karlík et al. 2019, "MIS Compensation").
+    pub fn around(integral: f64, excess: f64) -> FarLight {
+        FarLight { axis: Vec3::ZERO, size: 0.0, irradiance: excess.max(DEFENSIVE * integral) }
     }
 }
 
@@ -49,14 +57,10 @@ impl Far {
     pub fn importance(&self, n: Vec3) -> f32 {
         let oriented = n != Vec3::ZERO;
         if self.axis == Vec3::ZERO {
-            return self.irradiance * if oriented { OF_AROUND } else { 2.0 * OF_AROUND };
-        }
-        if !oriented {
-            return self.irradiance;
+            return self.irradiance * pick(oriented, OF_AROUND, 2.0 * OF_AROUND);
         }
         let cos = self.axis.dot(n);
-        let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        let received = if cos < self.cos_size { cos * self.cos_size + sin * self.sin_size } else { 1.0 };
-        self.irradiance * received.max(0.0)
+        let received = less(cos, sine(cos), self.cos_size, self.sin_size);
+        self.irradiance * pick(oriented, pick(received > 0.0, received, 0.0), 1.0)
     }
 }

@@ -9,17 +9,20 @@ mod build;
 mod draw;
 mod far;
 mod node;
+mod patch;
 
 pub(super) use bounds::LightBounds;
 pub(super) use draw::{Choice, ChoiceLanes};
 pub(super) use far::FarLight;
+pub(super) use patch::Patch;
 
 use super::LightSampleContext;
 use crate::simd::{LANES, Lanes};
-use draw::{Draw, draw};
+use draw::{Draw, Sums, draw};
 use far::Far;
 use glam::Vec3;
 use node::{Link, Node};
+use patch::part;
 
 /// Chooses a light by what it may send to a point.
 #[derive(Clone, Debug)]
@@ -30,8 +33,10 @@ pub(super) struct LightTree {
     children: usize,
     /// Lights at infinity, which stand beside the root's children, and their indices.
     far: Vec<(Far, u32)>,
-    /// The light, if there is but one: it is chosen without a look.
+    /// The light or the patch, if there is but one: it is chosen without a look.
     only: Option<u32>,
+    /// By light, the share that it has of its patch; empty where all are 1.
+    shares: Vec<f32>,
     /// Where each node and each light is.
     node_places: Vec<Place>,
     light_places: Vec<Place>,
@@ -52,27 +57,26 @@ impl LightTree {
     pub const BYTES_PER_LIGHT: u64 = (2 * size_of::<LightBounds>() + size_of::<Node>() + 16) as u64;
 
     /// Lights that shine, by their indices below `count`.
-    pub fn new(near: &[(u32, LightBounds)], far: &[(u32, FarLight)], count: usize) -> LightTree {
-        let scale = unit_scale(near.iter().map(|(_, light)| light.largest_coordinate()).fold(0.0, f32::max));
-        let bounds: Vec<LightBounds> = near.iter().map(|(_, light)| light.scaled(scale)).collect();
+    pub fn new(near: &[Patch], far: &[(u32, FarLight)], count: usize) -> LightTree {
+        let scale = unit_scale(near.iter().map(|patch| patch.bounds.largest_coordinate()).fold(0.0, f32::max));
+        let bounds: Vec<LightBounds> = near.iter().map(|patch| patch.bounds.scaled(scale)).collect();
         let brightest = far.iter().map(|(_, light)| light.irradiance).fold(0.0, f64::max);
         let (mut nodes, unit) = build::nodes(&bounds, &mut Vec::from_iter(0..bounds.len() as u32), brightest);
-        nodes.iter_mut().for_each(|node| node.rename(|light| near[light as usize].0));
+        nodes.iter_mut().for_each(|node| node.rename(|k| near[k as usize].light));
         let mut tree = LightTree {
             children: nodes[0].count(),
             far: far.iter().map(|(index, light)| (Far::new(light, unit), *index)).collect(),
-            only: near
-                .iter()
-                .map(|l| l.0)
-                .chain(far.iter().map(|l| l.0))
-                .next()
-                .filter(|_| near.len() + far.len() == 1),
+            only: (near.len() + far.len() == 1).then(|| near.first().map_or_else(|| far[0].0, |patch| patch.light)),
+            shares: shares(near, count),
             node_places: vec![NOWHERE; nodes.len()],
             light_places: vec![NOWHERE; count],
             nodes,
             scale,
         };
         tree.find_places();
+        for patch in near.iter().filter(|patch| patch.is_pair()) {
+            tree.light_places[patch.light as usize + 1] = tree.light_places[patch.light as usize];
+        }
         tree
     }
 
@@ -82,7 +86,7 @@ impl LightTree {
         self.nodes.len() * (size_of::<Node>() + size_of::<Place>()) + self.light_places.len() * size_of::<Place>()
     }
 
-    /// Whether there is but one light.
+    /// Whether there is but one light, or patch.
     pub fn is_single(&self) -> bool {
         self.only.is_some()
     }
@@ -104,6 +108,15 @@ impl LightTree {
 
     /// Draws a light for a point; `None` where that can be lit by none of those among which the draws have led it.
     pub fn choose(&self, ctx: &LightSampleContext, u: f64) -> Option<Choice> {
+        let patch = self.choose_patch(ctx, u)?;
+        if self.shares.is_empty() {
+            return Some(patch);
+        }
+        let (next, pmf, rest) = part(self.shares[patch.light as usize], patch.rest);
+        Some(Choice { light: patch.light + next, pmf: patch.pmf * pmf, rest })
+    }
+
+    fn choose_patch(&self, ctx: &LightSampleContext, u: f64) -> Option<Choice> {
         if let Some(light) = self.only {
             return Some(Choice { light, pmf: 1.0, rest: u });
         }
@@ -129,8 +142,8 @@ impl LightTree {
     pub fn root(&self, ctx: &LightSampleContext) -> RootView<'_> {
         let (p, n) = (ctx.p * self.scale, ctx.n);
         let importances = if self.only.is_some() { [0.0; LANES] } else { self.nodes[0].importances(p, n) };
-        let near: f64 = sum(&importances);
-        let total = self.far.iter().fold(near, |total, (far, _)| total + f64::from(far.importance(n)));
+        let far = self.far.iter().map(|(far, _)| far.importance(n));
+        let total = importances.iter().copied().chain(far).fold(0.0, |total, one| total + f64::from(one));
         RootView { tree: self, p, n, importances, total }
     }
 }
@@ -147,10 +160,14 @@ pub(super) struct RootView<'a> {
 impl RootView<'_> {
     /// Probability that [`LightTree::choose`] draws this light.
     pub fn pmf(&self, light: u32) -> f32 {
+        self.pmf_of_patch(light) * self.tree.shares.get(light as usize).unwrap_or(&1.0)
+    }
+
+    fn pmf_of_patch(&self, light: u32) -> f32 {
         let tree = self.tree;
         let mut place = tree.light_places[light as usize];
-        if tree.only == Some(light) {
-            return 1.0;
+        if tree.is_single() {
+            return f32::from(place != NOWHERE);
         }
         if place == NOWHERE || !is_amount(self.total) {
             return 0.0;
@@ -162,7 +179,7 @@ impl RootView<'_> {
         while place as usize >= LANES {
             let (node, k) = (place as usize / LANES, place as usize % LANES);
             let importances = tree.nodes[node].importances(self.p, self.n);
-            let total = sum(&importances);
+            let total = Sums::new(&importances).total;
             if !is_amount(total) {
                 return 0.0;
             }
@@ -173,10 +190,17 @@ impl RootView<'_> {
     }
 }
 
-/// In the order in which [`draw`] adds.
-#[inline(always)]
-fn sum(importances: &Lanes) -> f64 {
-    importances.iter().fold(0.0, |sum, importance| sum + f64::from(*importance))
+/// As of [`LightTree::shares`].
+fn shares(near: &[Patch], count: usize) -> Vec<f32> {
+    if !near.iter().any(Patch::is_pair) {
+        return Vec::new();
+    }
+    let mut shares = vec![1.0; count];
+    for patch in near.iter().filter(|patch| patch.is_pair()) {
+        let first = patch.light as usize;
+        (shares[first], shares[first + 1]) = (patch.share, 1.0 - patch.share);
+    }
+    shares
 }
 
 /// Whether anything can be drawn where importances have this sum.

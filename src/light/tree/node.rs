@@ -158,13 +158,13 @@ impl Child {
 }
 
 #[inline(always)]
-fn sine(cos: f32) -> f32 {
+pub(super) fn sine(cos: f32) -> f32 {
     let square = 1.0 - cos * cos;
     pick(square > 0.0, square, 0.0).sqrt()
 }
 
 /// Cosine of the difference of two angles, at least 0: of one less another.
 #[inline(always)]
-fn less(cos: f32, sin: f32, cos_less: f32, sin_less: f32) -> f32 {
+pub(super) fn less(cos: f32, sin: f32, cos_less: f32, sin_less: f32) -> f32 {
     pick(cos < cos_less, cos * cos_less + sin * sin_less, 1.0)
 }
