@@ -1,9 +1,10 @@
 //! All lights of a scene, and the one sampler over them.
 
 use super::choice::PowerLightSampler;
+use super::leaves;
 use super::pattern::{Fineness, TrianglePattern};
-use super::source::{Extent, LightSource};
-use super::tree::{Choice, ChoiceLanes, LightTree, Patch};
+use super::source::LightSource;
+use super::tree::{Choice, ChoiceLanes, LightTree};
 use super::triangle::{AreaLight, EmissiveTriangle, View};
 use super::{EmitterPattern, Light, LightSample, LightSampleContext, LightSampler};
 use crate::math::Rgb;
@@ -68,7 +69,7 @@ impl Lights {
         let mean = |k: usize| patterns.get(k).and_then(Option::as_ref).map_or(Rgb::ONE, TrianglePattern::mean);
         let near = lights.iter().zip(&areas).enumerate().map(|(k, (light, &area))| light.power(area, mean(k)));
         let power = PowerLightSampler::new(&near.chain(far).collect::<Vec<_>>());
-        let tree = tree(&lights, &areas, &patterns, &others);
+        let tree = leaves::tree((&lights, &areas, &patterns), &others, scene_radius);
         Ok(Lights { triangles: lights, others, patterns, ids, power, tree })
     }
 
@@ -246,37 +247,6 @@ impl Lights {
         let radiance = light.radiance * factor;
         LightSample { wi, radiance, pdf, delta: false, target: Some(surface) }
     }
-}
-
-/// Of all lights that shine: the triangles, and the others behind them.
-fn tree(triangles: &[AreaLight], areas: &[f64], patterns: &[Option<TrianglePattern>], others: &[Light]) -> LightTree {
-    let (mut near, mut far): (Vec<Patch>, _) = (Vec::with_capacity(triangles.len()), Vec::new());
-    let pattern = |k: usize| patterns.get(k).and_then(Option::as_ref);
-    for (k, triangle) in triangles.iter().enumerate() {
-        let bounds = triangle.bounds(areas[k], pattern(k).map_or(Rgb::ONE, TrianglePattern::mean));
-        let patch = Patch { light: k as u32, share: 1.0, bounds };
-        match near.last_mut() {
-            Some(last)
-                if !last.is_pair()
-                    && pattern(k - 1).is_none()
-                    && pattern(k).is_none()
-                    && triangle.continues(&triangles[k - 1]) =>
-            {
-                *last = last.with(&bounds, [areas[k - 1], areas[k]]);
-            }
-            _ => near.push(patch),
-        }
-    }
-    let first = triangles.len() as u32;
-    for (light, other) in (first..).zip(others) {
-        match other.extent() {
-            Extent::Near(bounds) => near.push(Patch { light, share: 1.0, bounds }),
-            Extent::Far(bounds) => far.push((light, bounds)),
-        }
-    }
-    near.retain(|patch| patch.bounds.intensity > 0.0);
-    far.retain(|(_, light)| light.irradiance > 0.0);
-    LightTree::new(&near, &far, triangles.len() + others.len())
 }
 
 /// The patterns of triangles, in their order; empty where there are none.

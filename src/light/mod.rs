@@ -10,6 +10,7 @@ mod choice;
 mod constant;
 mod directional;
 mod environment;
+mod leaves;
 mod lights;
 mod pattern;
 mod point;

@@ -248,6 +248,37 @@ fn near_lights_are_drawn_more_often_than_far_ones() {
     assert!(gain > 50.0, "choices by power have only {gain} times the variance of the tree's");
 }
 
+/// As a lamp of one rectangle is: the choice costs nothing, and points are uniform over both halves.
+#[test]
+fn halves_of_a_rectangle_are_chosen_by_their_area() {
+    let at = |x: f32, y: f32| Vec3::new(x, y, 1.0);
+    let half = |triangle: u32, corners: [Vec3; 3]| EmissiveTriangle {
+        mesh: 0,
+        triangle,
+        corners,
+        radiance: Rgb::ONE,
+        two_sided: false,
+        pattern: None,
+        slack: 0.0,
+    };
+    // a trapezium whose halves are 1 : 3
+    let [a, b, c, d] = [at(0.0, 0.0), at(0.0, 1.0), at(1.0, 1.0), at(3.0, 0.0)];
+    let lights = Lights::build(&[half(0, [a, b, c]), half(1, [a, c, d])], vec![], 1.0).unwrap();
+    assert!(!lights.look_at_points(LightSampler::Tree));
+    let (ctx, mut rng) = (place(&mut Rng::new(51)), Rng::new(52));
+    assert_eq!([0, 1].map(|light| lights.tree.root(&ctx).pmf(light)), [0.25, 0.75]);
+    let mut counts = [0u64; 2];
+    for _ in 0..100_000 {
+        counts[lights.tree.choose(&ctx, rng.f64()).unwrap().light as usize] += 1;
+    }
+    assert!(chi2_discrete(&counts, &[0.25, 0.75]).passes(1e-6));
+    // bent, or of another brightness, they are two lights
+    let mut bent = [half(0, [a, b, c]), half(1, [a, c, d + Vec3::Z * 0.01])];
+    assert!(Lights::build(&bent, vec![], 1.0).unwrap().look_at_points(LightSampler::Tree));
+    bent[1] = EmissiveTriangle { radiance: Rgb::splat(2.0), ..half(1, [a, c, d]) };
+    assert!(Lights::build(&bent, vec![], 1.0).unwrap().look_at_points(LightSampler::Tree));
+}
+
 #[test]
 fn densities_of_hits_are_those_of_samples() {
     let mut rng = Rng::new(46);
