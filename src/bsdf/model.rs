@@ -43,6 +43,8 @@ pub struct BsdfModel {
     model: Model,
     /// Whether any lobe is smooth.
     smooth: bool,
+    /// Whether light never crosses the surface.
+    opaque: bool,
     /// Opaque and two-sided: seen from behind, it scatters like its mirror image about the surface.
     turns: bool,
     /// As [`Bsdf::roughness`].
@@ -74,7 +76,7 @@ impl BsdfModel {
         let model = description.model(tables)?;
         let (smooth, opaque, roughness) = model.at([Rgb::ZERO; 2]).traits();
         // two-sided means nothing for kinds that let light through
-        Ok(BsdfModel { model, smooth, turns: two_sided && opaque, roughness })
+        Ok(BsdfModel { model, smooth, opaque, turns: two_sided && opaque, roughness })
     }
 
     /// The BSDF where the textures of the description, in their order, have these values.
@@ -96,6 +98,11 @@ impl BsdfModel {
     #[inline(always)]
     pub(super) fn smooth(&self) -> bool {
         self.smooth
+    }
+
+    #[inline(always)]
+    pub(super) fn opaque(&self) -> bool {
+        self.opaque
     }
 
     #[inline(always)]

@@ -73,6 +73,12 @@ impl<'s> Bsdf<'s> {
         self.model.smooth()
     }
 
+    /// Whether light never crosses the surface: smooth lobes are black but for the side of `wo` in the shading frame.
+    #[inline]
+    pub fn is_opaque(&self) -> bool {
+        self.model.opaque()
+    }
+
     /// Estimate of the directional-hemispherical albedo from `wo`: the share of energy that all lobes together,
     /// delta lobes included, scatter; the scaling of radiance by refraction left out; in [0, 1].
     ///

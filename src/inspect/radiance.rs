@@ -160,7 +160,8 @@ impl Tracer<'_> {
         }
         let (_, pdf) = self.mixture.eval_pdf(si, si.frame.to_local(self.seen.wo), dir);
         let ray = Ray { org: si.spawn(dir), dir, tfar: f32::INFINITY };
-        (pdf > 0.0).then_some(Start { ray, pdf: Some(pdf), rng })
+        let normal = if self.seen.bsdf.is_opaque() { self.seen.normal() } else { Vec3::ZERO };
+        (pdf > 0.0).then_some(Start { ray, pdf: Some(pdf), normal, rng })
     }
 }
 

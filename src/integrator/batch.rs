@@ -45,6 +45,9 @@ pub(super) struct PathState {
     pub(crate) rng: Rng,
     /// Density of the ray's direction per steradian; infinite behind a camera or a delta lobe.
     pub(crate) pdf: f32,
+    /// Normal of the surface that it comes from, as of [`LightSampleContext`](crate::light::LightSampleContext); any where
+    /// lights are not chosen by it.
+    pub(crate) normal: Vec3,
     /// What roulette goes by: the share of light that scattering would have left on the way here.
     pub(crate) analog: f32,
 }
@@ -58,6 +61,7 @@ pub(super) struct PathPacket {
     pub(crate) throughput: Vec3Lanes,
     pub(crate) rng: RngLanes,
     pub(crate) pdf: Lanes,
+    pub(crate) normal: Vec3Lanes,
     pub(crate) analog: Lanes,
 }
 
@@ -77,10 +81,15 @@ impl Paths {
         self.len += 1;
     }
 
-    /// Adds the paths of a packet that `packing`, made for this length, has chosen.
+    /// Adds the paths of a packet that `packing`, made for this length, has chosen; their normals only where lights are chosen
+    /// by them.
     #[inline(always)]
-    pub(crate) fn pack(&mut self, packing: &Packing, paths: &PathPacket) {
-        paths.pack(packing, packing.packets(&mut self.packets, || PathPacket::EMPTY));
+    pub(crate) fn pack(&mut self, packing: &Packing, paths: &PathPacket, normals: bool) {
+        let [first, second] = packing.packets(&mut self.packets, || PathPacket::EMPTY);
+        paths.pack(packing, [&mut *first, &mut *second]);
+        if normals {
+            paths.normal.pack(packing, [&mut first.normal, &mut second.normal]);
+        }
         self.len += packing.count();
     }
 
@@ -107,6 +116,12 @@ impl Paths {
     pub(crate) fn pdf(&self, i: usize) -> f32 {
         self.packets[i / LANES].pdf[i % LANES]
     }
+
+    /// As of [`PathState`].
+    #[inline(always)]
+    pub(crate) fn normal(&self, i: usize) -> Vec3 {
+        self.packets[i / LANES].normal.get(i % LANES)
+    }
 }
 
 impl PathPacket {
@@ -115,14 +130,17 @@ impl PathPacket {
         throughput: Vec3Lanes::ZERO,
         rng: RngLanes::ZERO,
         pdf: [0.0; LANES],
+        normal: Vec3Lanes::ZERO,
         analog: [0.0; LANES],
     };
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, slot: u32, PathState { throughput, rng, pdf, analog }: PathState) {
+    fn set(&mut self, lane: usize, slot: u32, state: PathState) {
+        let PathState { throughput, rng, pdf, normal, analog } = state;
         self.slot[lane] = slot;
         self.throughput.set(lane, throughput);
         self.rng.set(lane, rng);
+        self.normal.set(lane, normal);
         (self.pdf[lane], self.analog[lane]) = (pdf, analog);
     }
 

@@ -11,6 +11,7 @@ mod settings;
 pub(crate) mod stop;
 mod vertex_record;
 
+pub use crate::light::LightSampler;
 pub use batch::{Batch, BatchResult, Counters, Task};
 pub(crate) use path::PathIntegrator;
 pub(crate) use roulette::RouletteNormalisation;

@@ -24,6 +24,7 @@ use crate::io::clock::{CpuClock, WallClock};
 use crate::math::Rgb;
 use crate::math::rng::Rng;
 use crate::scene::Scene;
+use glam::Vec3;
 use std::time::Duration;
 
 /// Everything a batch reads and nothing it writes.
@@ -104,6 +105,8 @@ pub(crate) struct Start {
     pub(crate) ray: Ray,
     /// Density of its direction per steradian, against which emission that it meets is weighed; `None`: weight 1.
     pub(crate) pdf: Option<f32>,
+    /// By which a light would be chosen where the ray begins, as of [`LightSampleContext`](crate::light::LightSampleContext).
+    pub(crate) normal: Vec3,
     pub(crate) rng: Rng,
 }
 
@@ -115,10 +118,10 @@ impl PathIntegrator<'_> {
         let task = Task { tile, first_sample: 0, samples: 1 };
         batch.wave.clear();
         batch.radiance.begin(std::iter::empty(), starts.len());
-        for (slot, &Start { ray, pdf, rng }) in (0..).zip(starts) {
+        for (slot, &Start { ray, pdf, normal, rng }) in (0..).zip(starts) {
             batch.wave.rays.push(&ray);
             let pdf = pdf.unwrap_or(f32::INFINITY);
-            batch.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf, analog: 1.0 });
+            batch.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf, normal, analog: 1.0 });
         }
         let counters = Counters::default();
         let (probe, jitter) = (&mut (), [0.5; 3]);
@@ -170,7 +173,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
                 let (px, py) = (tile.x + x, tile.y + y);
                 let mut rng = Rng::for_path(integrator.seed, camera.pixel(px, py), task.first_sample + sample);
                 b.wave.rays.push(&camera.sample_ray(px, py, &mut rng));
-                b.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf: f32::INFINITY, analog: 1.0 });
+                let (pdf, normal) = (f32::INFINITY, Vec3::ZERO);
+                b.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf, normal, analog: 1.0 });
             });
         }
     }

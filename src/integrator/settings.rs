@@ -1,6 +1,7 @@
 //! How paths are asked for.
 
 use crate::document::{Bounds, Fault, Reader, key};
+use crate::light::LightSampler;
 
 const AT_LEAST_ONE: Bounds = Bounds::new(|x| x >= 1.0, "at least 1");
 const ROULETTES: &[(&str, Roulette)] =
@@ -15,6 +16,8 @@ pub struct IntegratorSettings {
     pub next_event: bool,
     /// Emitters that are hit count by the power heuristic; without it only what next-event estimation cannot reach counts.
     pub mis: bool,
+    /// How it chooses a light.
+    pub light_sampler: LightSampler,
     pub roulette: Roulette,
     /// Segments before roulette may end a path.
     pub rr_depth: u32,
@@ -28,6 +31,7 @@ impl Default for IntegratorSettings {
             max_depth: 16,
             next_event: true,
             mis: true,
+            light_sampler: LightSampler::Tree,
             roulette: Roulette::Guided,
             rr_depth: 5,
             max_split: 8.0,
@@ -45,6 +49,9 @@ impl IntegratorSettings {
         let mis =
             "emitters that are hit count by the power heuristic; without it only what `next_event` cannot reach counts";
         t.flag(key("mis", mis), &mut self.mis)?;
+        let sampler = "chooses a light for `next_event`: by a hierarchy of lights, which knows what may arrive at the surface, \
+                       or by their power alone";
+        t.choice(key("light_sampler", sampler), LightSampler::NAMES, &mut self.light_sampler)?;
         t.choice(key("roulette", "ends paths at random, as described above"), ROULETTES, &mut self.roulette)?;
         let before = "before roulette may end a path; `\"guided\"` goes by it only where the guide knows nothing, and for sharp lobes";
         let before = key("rr_depth", before).unit("segments");

@@ -1,5 +1,6 @@
-//! Which light is sampled. This is the one place that a choice which knows the lit point (a light hierarchy) replaces.
+//! Which light is sampled where the lit point plays no part.
 
+use super::tree::{Choice, ChoiceLanes};
 use crate::math::alias::AliasTable;
 use crate::simd::LANES;
 
@@ -16,16 +17,17 @@ impl PowerLightSampler {
         PowerLightSampler { table: AliasTable::new(powers) }
     }
 
-    /// Index of a light and what is left of `u` as a fresh uniform number.
     #[inline]
-    pub fn choose(&self, u: f64) -> Option<(usize, f64)> {
-        self.table.as_ref().map(|table| table.sample_wide(u))
+    pub fn choose(&self, u: f64) -> Option<Choice> {
+        let (light, rest) = self.table.as_ref()?.sample_wide(u);
+        Some(Choice { light: light as u32, pmf: self.pmf(light), rest })
     }
 
-    /// The lights alone for a packet; `None` where there is none.
+    /// The same for a packet; `None` where there is no light.
     #[inline(always)]
-    pub fn choose_lanes(&self, u: &[f64; LANES]) -> Option<[u32; LANES]> {
-        self.table.as_ref().map(|table| table.sample_lanes(u))
+    pub fn choose_lanes(&self, u: &[f64; LANES]) -> Option<ChoiceLanes> {
+        let (light, rest) = self.table.as_ref()?.sample_lanes(u);
+        Some(ChoiceLanes { light, pmf: light.map(|light| self.pmf(light as usize)), rest })
     }
 
     /// Probability of a light.

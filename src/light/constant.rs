@@ -1,6 +1,7 @@
 //! The same radiance from everywhere.
 
-use super::source::{Findings, LightParameters, LightSource};
+use super::source::{Extent, Findings, LightParameters, LightSource};
+use super::tree::FarLight;
 use super::{LightSample, check_light, scaled, wide_luminance};
 use crate::Result;
 use crate::document::{NOT_NEGATIVE, key};
@@ -42,6 +43,10 @@ impl LightSource for ConstantLight {
 
     fn power(&self, section: f64) -> f64 {
         section * 4.0 * PI * wide_luminance(self.radiance)
+    }
+
+    fn extent(&self) -> Extent {
+        Extent::Far(FarLight::around(4.0 * PI * wide_luminance(self.radiance), 0.0))
     }
 
     fn brightness(&self, _scene_radius: f64) -> f64 {

@@ -1,6 +1,7 @@
 //! A sun: light that comes from one direction.
 
-use super::source::{Findings, LightParameters, LightSource};
+use super::source::{Extent, Findings, LightParameters, LightSource};
+use super::tree::FarLight;
 use super::{LightSample, check_light, scaled, wide_luminance};
 use crate::Result;
 use crate::document::{NOT_NEGATIVE, key};
@@ -48,6 +49,11 @@ impl LightSource for DirectionalLight {
 
     fn power(&self, section: f64) -> f64 {
         section * wide_luminance(self.irradiance)
+    }
+
+    fn extent(&self) -> Extent {
+        let irradiance = wide_luminance(self.irradiance);
+        Extent::Far(FarLight { axis: -self.direction, size: 0.0, irradiance })
     }
 
     fn brightness(&self, _scene_radius: f64) -> f64 {

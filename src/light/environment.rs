@@ -1,6 +1,7 @@
 //! Surroundings from a picture in latitude-longitude form.
 
-use super::source::{Findings, LightParameters, LightSource};
+use super::source::{Extent, Findings, LightParameters, LightSource};
+use super::tree::FarLight;
 use super::{LightSample, check_light, scaled, wide_luminance};
 use crate::document::{NOT_NEGATIVE, key};
 use crate::fields::{FieldVisitor, Fields};
@@ -83,6 +84,10 @@ impl LightSource for Box<Environment> {
 
     fn power(&self, section: f64) -> f64 {
         section * self.luminance_integral
+    }
+
+    fn extent(&self) -> Extent {
+        Extent::Far(FarLight::around(self.luminance_integral, self.excess()))
     }
 
     fn brightness(&self, _scene_radius: f64) -> f64 {
@@ -244,6 +249,19 @@ impl Environment {
         }
         self.luminance_integral = sums.iter().sum();
         self.rows = AliasTable::new(&sums);
+    }
+
+    /// As much of the integral of luminance as is brighter than its mean.
+    pub(super) fn excess(&self) -> f64 {
+        let Some(rows) = &self.rows else { return 0.0 };
+        let mean = self.luminance_integral / (4.0 * PI);
+        let in_row = |row: usize| {
+            let (sum, even) =
+                (self.luminance_integral * f64::from(rows.pmf(row)), mean / self.inverse_solid_angle[row]);
+            let cells = self.cells[row].iter().flat_map(|cells| (0..self.width).map(|k| f64::from(cells.pmf(k))));
+            cells.map(|share| (sum * share - even).max(0.0)).sum::<f64>()
+        };
+        (0..self.height - 1).map(in_row).sum()
     }
 
     fn row_luminance(&self, row: usize) -> Vec<f64> {

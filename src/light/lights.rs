@@ -1,12 +1,14 @@
 //! All lights of a scene, and the one sampler over them.
 
 use super::choice::PowerLightSampler;
+use super::leaves;
 use super::pattern::{Fineness, TrianglePattern};
 use super::source::LightSource;
+use super::tree::{Choice, ChoiceLanes, LightTree};
 use super::triangle::{AreaLight, EmissiveTriangle, View};
-use super::{EmitterPattern, Light, LightSample};
+use super::{EmitterPattern, Light, LightSample, LightSampleContext, LightSampler};
 use crate::math::Rgb;
-use crate::simd::LANES;
+use crate::simd::{LANES, Mask, Vec3Lanes};
 use crate::{Error, Result};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -16,10 +18,11 @@ use std::sync::Arc;
 
 /// All lights of a scene.
 ///
-/// A light is chosen with probability proportional to the luminance of its power in watts: L·π·A for each emitting side
-/// of a triangle, times the mean of its pattern; 4π·I for a point; and what reaches a scene whose bounding sphere has the radius R, πR²·∫L dω for the
-/// surroundings (4π²R²·L where constant) and πR²·E for a directional light. Only ratios matter, so a common factor on
-/// all emission changes nothing. Distance and orientation are ignored: far lights get as many samples as near ones.
+/// [`LightSampler::Tree`] chooses a light by an estimate of what it sends to the point in question. [`LightSampler::Power`]
+/// does so with probability proportional to the luminance of its power in watts: L·π·A for each emitting side of a triangle,
+/// times the mean of its pattern; 4π·I for a point; and what reaches a scene whose bounding sphere has the radius R,
+/// πR²·∫L dω for the surroundings (4π²R²·L where constant) and πR²·E for a directional light. Only ratios matter, so a
+/// common factor on all emission changes nothing.
 #[derive(Clone, Debug)]
 pub(crate) struct Lights {
     /// Indices of the choice: first the triangles, then `others`.
@@ -29,13 +32,15 @@ pub(crate) struct Lights {
     patterns: Vec<Option<TrianglePattern>>,
     /// Light by (mesh, triangle).
     ids: FxHashMap<(u32, u32), u32>,
-    choice: PowerLightSampler,
+    power: PowerLightSampler,
+    pub(super) tree: LightTree,
 }
 
 impl Lights {
-    /// What a triangle takes at most while [`Self::build`] runs: as it comes, as a light, its power and share, and its
-    /// place in a hash table that has just grown.
-    pub const BYTES_PER_TRIANGLE: u64 = (size_of::<EmissiveTriangle>() + 2 * size_of::<AreaLight>() + 96) as u64;
+    /// What a triangle takes at most while [`Self::build`] runs: as it comes, as a light, its power and share, its
+    /// place in a hash table that has just grown, and the tree.
+    pub const BYTES_PER_TRIANGLE: u64 =
+        (size_of::<EmissiveTriangle>() + 2 * size_of::<AreaLight>() + 96) as u64 + LightTree::BYTES_PER_LIGHT;
 
     /// `scene_radius`: of a sphere around all surfaces, which sets how far lights at infinity compare with near ones.
     /// Triangles without area or radiance are left out. An error where a number is negative, infinite or undefined, or
@@ -63,11 +68,9 @@ impl Lights {
         let far = others.iter().map(|light| light.power(section));
         let mean = |k: usize| patterns.get(k).and_then(Option::as_ref).map_or(Rgb::ONE, TrianglePattern::mean);
         let near = lights.iter().zip(&areas).enumerate().map(|(k, (light, &area))| light.power(area, mean(k)));
-        let choice = PowerLightSampler::new(&near.chain(far).collect::<Vec<_>>());
-        for (k, (light, area)) in lights.iter_mut().zip(areas).enumerate() {
-            light.choose(choice.pmf(k), area);
-        }
-        Ok(Lights { triangles: lights, others, patterns, ids, choice })
+        let power = PowerLightSampler::new(&near.chain(far).collect::<Vec<_>>());
+        let tree = leaves::tree((&lights, &areas, &patterns), &others, scene_radius);
+        Ok(Lights { triangles: lights, others, patterns, ids, power, tree })
     }
 
     /// Luminance of the power of each light that is no surface, in W times the lights' unit, where the scene has this radius.
@@ -76,9 +79,14 @@ impl Lights {
         self.others.iter().map(|light| light.power(section)).collect()
     }
 
+    /// Whether the choice of a light depends on the point.
+    pub fn look_at_points(&self, by: LightSampler) -> bool {
+        by == LightSampler::Tree && !self.tree.is_single()
+    }
+
     /// Whether no light has any power, so that there is nothing to sample.
     pub fn are_black(&self) -> bool {
-        self.choice.is_empty()
+        self.power.is_empty()
     }
 
     /// The light that triangle `triangle` of mesh `mesh` is, if it is one.
@@ -86,22 +94,41 @@ impl Lights {
         self.ids.get(&(mesh, triangle)).copied()
     }
 
-    /// A direction from `p` to a light. `u_choice` chooses the light (and a cell of the surroundings) and needs more
+    /// A direction from a point to a light. `u_choice` chooses the light (and a cell of the surroundings) and needs more
     /// bits than an `f32` has where powers differ by more than 10⁵; `u` chooses the point on it. All in [0, 1).
-    /// `None` where the chosen light sends nothing to `p`: that sample counts as zero.
-    pub fn sample(&self, p: Vec3, u_choice: f64, u: [f32; 2]) -> Option<LightSample> {
-        let (index, rest) = self.choice.choose(u_choice)?;
-        if index < self.triangles.len() {
-            usable(self.sample_triangle(index, p, u))
+    /// `None` where the chosen light sends nothing to the point: that sample counts as zero.
+    pub fn sample(
+        &self,
+        by: LightSampler,
+        ctx: &LightSampleContext,
+        u_choice: f64,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let choice = match by {
+            LightSampler::Tree => self.tree.choose(ctx, u_choice),
+            LightSampler::Power => self.power.choose(u_choice),
+        }?;
+        if (choice.light as usize) < self.triangles.len() {
+            usable(self.sample_triangle(&choice, ctx.p, u))
         } else {
-            self.sample_other(index, rest, p, u)
+            self.sample_other(by, &choice, ctx, u)
         }
     }
 
-    /// Lights for a packet; `None` where there is no light.
+    /// Lights for the lanes of `lit`, as of [`Self::sample`]; `None` where there is no light.
     #[inline(always)]
-    pub(super) fn choose(&self, u_choice: &[f64; LANES]) -> Option<[u32; LANES]> {
-        self.choice.choose_lanes(u_choice)
+    pub(super) fn choose(
+        &self,
+        by: LightSampler,
+        lit: Mask,
+        p: &Vec3Lanes,
+        n: &Vec3Lanes,
+        u_choice: &[f64; LANES],
+    ) -> Option<ChoiceLanes> {
+        match by {
+            LightSampler::Tree => Some(self.tree.choose_lanes(lit, p, n, u_choice)),
+            LightSampler::Power => self.power.choose_lanes(u_choice),
+        }
     }
 
     /// The light `index` of the choice, where it is a triangle.
@@ -129,24 +156,45 @@ impl Lights {
     }
 
     /// [`Self::sample`] where the choice has fallen on a light that is no triangle.
-    fn sample_other(&self, index: usize, rest: f64, p: Vec3, u: [f32; 2]) -> Option<LightSample> {
-        let k = index - self.triangles.len();
-        let mut sample = self.others[k].sample(p, rest, u)?;
-        sample.pdf *= self.choice.pmf(index);
-        if !sample.delta {
-            self.add_others(k, &mut sample);
+    pub(super) fn sample_other(
+        &self,
+        by: LightSampler,
+        choice: &Choice,
+        ctx: &LightSampleContext,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let k = choice.light as usize - self.triangles.len();
+        let mut sample = self.others[k].sample(ctx.p, choice.rest, u)?;
+        if sample.delta {
+            sample.pdf *= choice.pmf;
+        } else {
+            // surroundings shine from the same directions: their radiances and their densities add
+            let others = || self.surroundings().filter(|&(other, _)| other != k);
+            sample.radiance += others().map(|(_, light)| light.radiance(sample.wi)).sum::<Rgb>();
+            sample.pdf = sample.pdf * choice.pmf + self.pdf_of(by, ctx, others(), sample.wi);
         }
         usable(sample)
     }
 
-    /// Density per steradian with which [`Self::sample`] from `p` draws the point `y` of the triangle `light` (from
+    /// Density per steradian with which [`Self::sample`] draws the point `y` of the triangle `light` (from
     /// [`Self::triangle_light`]), the choice of the light included: pmf·d²/(A·cosθ), times the density of its pattern at the
     /// barycentric `weights` of the second and third corner. 0 where it never would.
-    pub fn pdf_triangle(&self, light: u32, p: Vec3, y: Vec3, weights: [f32; 2]) -> f32 {
-        let triangle = self.triangles[light as usize];
+    pub fn pdf_triangle(
+        &self,
+        by: LightSampler,
+        ctx: &LightSampleContext,
+        light: u32,
+        y: Vec3,
+        weights: [f32; 2],
+    ) -> f32 {
+        let pmf = match by {
+            LightSampler::Tree => self.tree.root(ctx).pmf(light),
+            LightSampler::Power => self.power.pmf(light as usize),
+        };
+        let triangle = self.triangles[light as usize].denser(pmf);
         match self.pattern(light as usize) {
-            None => triangle.pdf(p, y),
-            Some(pattern) => triangle.denser(pattern.density(weights)).pdf(p, y),
+            None => triangle.pdf(ctx.p, y),
+            Some(pattern) => triangle.denser(pattern.density(weights)).pdf(ctx.p, y),
         }
     }
 
@@ -167,25 +215,33 @@ impl Lights {
 
     /// Density per steradian with which [`Self::sample`] draws `wi` (unit) as a direction to the surroundings, the
     /// choice of the light included.
-    pub fn pdf_environment(&self, wi: Vec3) -> f32 {
-        (0..self.others.len()).map(|k| self.pdf_other(k, wi)).sum()
+    pub fn pdf_environment(&self, by: LightSampler, ctx: &LightSampleContext, wi: Vec3) -> f32 {
+        self.pdf_of(by, ctx, self.surroundings(), wi)
     }
 
-    fn pdf_other(&self, k: usize, wi: Vec3) -> f32 {
-        self.choice.pmf(self.triangles.len() + k) * self.others[k].pdf(wi)
+    fn surroundings(&self) -> impl Iterator<Item = (usize, &Light)> {
+        self.others.iter().enumerate().filter(|(_, light)| light.surrounds())
     }
 
-    /// Makes of a sample of the surroundings `drawn` one of all surroundings: they shine from the same directions, so their
-    /// radiances and their densities add.
-    fn add_others(&self, drawn: usize, sample: &mut LightSample) {
-        for (k, light) in self.others.iter().enumerate().filter(|&(k, _)| k != drawn) {
-            sample.radiance += light.radiance(sample.wi);
-            sample.pdf += self.pdf_other(k, sample.wi);
-        }
+    fn pdf_of<'a>(
+        &self,
+        by: LightSampler,
+        ctx: &LightSampleContext,
+        mut lights: impl Iterator<Item = (usize, &'a Light)>,
+        wi: Vec3,
+    ) -> f32 {
+        let Some(first) = lights.next() else { return 0.0 };
+        let root = matches!(by, LightSampler::Tree).then(|| self.tree.root(ctx));
+        let pdf = |(k, light): (usize, &Light)| {
+            let index = self.triangles.len() + k;
+            root.as_ref().map_or_else(|| self.power.pmf(index), |root| root.pmf(index as u32)) * light.pdf(wi)
+        };
+        std::iter::once(first).chain(lights).map(pdf).sum()
     }
 
-    fn sample_triangle(&self, index: usize, p: Vec3, u: [f32; 2]) -> LightSample {
-        let light = self.triangles[index];
+    fn sample_triangle(&self, choice: &Choice, p: Vec3, u: [f32; 2]) -> LightSample {
+        let index = choice.light as usize;
+        let light = self.triangles[index].denser(choice.pmf);
         let (u, density, factor) = self.warp(index, u).unwrap_or((u, 1.0, Rgb::ONE));
         let View { surface, wi, pdf } = light.denser(density).sample_from(p, u);
         let radiance = light.radiance * factor;

@@ -77,6 +77,10 @@ macro_rules! lights {
                 match self { $(Light::$Type(light) => light.power(section),)* }
             }
 
+            fn extent(&self) -> Extent {
+                match self { $(Light::$Type(light) => light.extent(),)* }
+            }
+
             fn brightness(&self, scene_radius: f64) -> f64 {
                 match self { $(Light::$Type(light) => light.brightness(scene_radius),)* }
             }

@@ -1,8 +1,7 @@
 //! Where light comes from: emissive triangles, the surroundings, points and far suns, and one sampler over them all.
 //!
 //! Everything is in world space. Directions `wi` are unit vectors from the lit point towards the light; densities are
-//! per steradian there. A light is chosen by its power alone, never by where the lit point is ([`Lights`] says how
-//! powers compare), in O(1).
+//! per steradian there. A light is chosen by what it may send to the lit point, or by its power alone ([`LightSampler`]).
 
 #[macro_use]
 mod list;
@@ -11,6 +10,7 @@ mod choice;
 mod constant;
 mod directional;
 mod environment;
+mod leaves;
 mod lights;
 mod pattern;
 mod point;
@@ -20,6 +20,7 @@ mod source;
 mod sun;
 #[cfg(test)]
 mod tests;
+mod tree;
 mod triangle;
 mod unit;
 
@@ -37,7 +38,7 @@ use crate::geometry::Ray;
 use crate::math::{Rgb, luminance};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
-use source::{LightParameters, LightSource};
+use source::{Extent, LightParameters, LightSource};
 
 // What a type of light is called in scene files, its parameters, and what samples it.
 lights! {
@@ -47,6 +48,36 @@ lights! {
     "directional" = Directional(directional::DirectionalLight) => directional::DirectionalLight;
     "sun" = Sun(sun::SunLight) => sun::SunDisc;
     "sky" = Sky(sky::SkyLight) => sky::Sky;
+}
+
+/// How next-event estimation chooses a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightSampler {
+    /// By a light hierarchy: power, distance, and orientation of light and surface.
+    Tree,
+    /// By power alone.
+    Power,
+}
+
+impl LightSampler {
+    /// What scene files call them.
+    pub(crate) const NAMES: &'static [(&'static str, LightSampler)] =
+        &[("tree", LightSampler::Tree), ("power", LightSampler::Power)];
+}
+
+/// A point that is to be lit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightSampleContext {
+    pub p: Vec3,
+    /// Unit; only light from its side counts. Zero where light counts from everywhere: on surfaces that let light through.
+    pub n: Vec3,
+}
+
+impl LightSampleContext {
+    /// A point to which light counts from everywhere.
+    pub fn unoriented(p: Vec3) -> LightSampleContext {
+        LightSampleContext { p, n: Vec3::ZERO }
+    }
 }
 
 /// What next-event estimation gets: the contribution of the light is f(wo, wi)·|cosθi|·`radiance`/`pdf` where nothing

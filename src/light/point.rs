@@ -1,6 +1,7 @@
 //! A point that shines in all directions.
 
-use super::source::{Findings, LightParameters, LightSource};
+use super::source::{Extent, Findings, LightParameters, LightSource};
+use super::tree::LightBounds;
 use super::{LightPoint, LightSample, Rounding, check_light, scaled, wide_luminance};
 use crate::Result;
 use crate::document::{NOT_NEGATIVE, key};
@@ -52,6 +53,20 @@ impl LightSource for PointLight {
 
     fn power(&self, _section: f64) -> f64 {
         4.0 * PI * wide_luminance(self.intensity)
+    }
+
+    fn extent(&self) -> Extent {
+        let at = self.position;
+        let intensity = wide_luminance(self.intensity);
+        Extent::Near(LightBounds {
+            lo: at,
+            hi: at,
+            centre: at,
+            radius: 0.0,
+            axis: Vec3::ZERO,
+            two_sided: false,
+            intensity,
+        })
     }
 
     fn brightness(&self, scene_radius: f64) -> f64 {

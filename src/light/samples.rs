@@ -2,10 +2,10 @@
 
 use super::lights::Lights;
 use super::triangle::AreaLight;
-use super::{LightPoint, LightSample, Rounding};
+use super::{LightPoint, LightSample, LightSampleContext, LightSampler, Rounding};
 use crate::geometry::Surfaces;
 use crate::math::Rgb;
-use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
 /// Up to [`LANES`] draws from [`Lights`]: what [`Lights::sample`] gives one by one, to the last bit.
@@ -73,28 +73,35 @@ impl LightSamples {
         (self.surface, self.others) = (Mask::NONE, Mask::NONE);
     }
 
-    /// Chooses lights for the lanes of `lit`, as [`Lights::sample`] with the same places and numbers. `u` becomes what the points
-    /// are to be drawn with.
+    /// Chooses lights for the lanes of `lit` at the places `p` with the normals `n`, as [`Lights::sample`] with the same
+    /// numbers. `u` becomes what the points are to be drawn with.
     #[inline(always)]
-    pub fn choose(&mut self, lit: Mask, lights: &Lights, p: &Vec3Lanes, u_choice: &[f64; LANES], u: &mut [Lanes; 2]) {
-        let Some(index) = lights.choose(u_choice) else { return };
+    pub fn choose(
+        &mut self,
+        lit: Mask,
+        (lights, by): (&Lights, LightSampler),
+        [p, n]: [&Vec3Lanes; 2],
+        u_choice: &[f64; LANES],
+        u: &mut [Lanes; 2],
+    ) {
+        let Some(choice) = lights.choose(by, lit, p, n, u_choice) else { return };
         let (mut surface, mut others) = (Mask::NONE, Mask::NONE);
-        for k in each(lit) {
-            let index = index[k] as usize;
-            match lights.triangle(index) {
+        for k in each(lit & mask(|k| choice.pmf[k] > 0.0)) {
+            match lights.triangle(choice.light[k] as usize) {
                 Some(light) => {
                     surface.set(k, true);
-                    self.choose_triangle(k, light);
+                    self.choose_triangle(k, light, choice.pmf[k]);
                 }
                 None => {
                     others.set(k, true);
-                    self.chosen.other[k] = lights.sample(p.get(k), u_choice[k], [u[0][k], u[1][k]]);
+                    let ctx = LightSampleContext { p: p.get(k), n: n.get(k) };
+                    self.chosen.other[k] = lights.sample_other(by, &choice.get(k), &ctx, [u[0][k], u[1][k]]);
                 }
             }
         }
         (self.surface, self.others, self.delta) = (surface, others, Mask::NONE);
         if lights.has_patterns() {
-            self.follow_patterns(lights, &index, u);
+            self.follow_patterns(lights, &choice.light, u);
         }
     }
 
@@ -109,14 +116,14 @@ impl LightSamples {
     }
 
     #[inline(always)]
-    fn choose_triangle(&mut self, k: usize, light: &AreaLight) {
+    fn choose_triangle(&mut self, k: usize, light: &AreaLight, pmf: f32) {
         self.radiance.set(k, light.radiance);
         let chosen = &mut self.chosen;
         chosen.origin.set(k, light.origin);
         chosen.edges[0].set(k, light.edges[0]);
         chosen.edges[1].set(k, light.edges[1]);
         chosen.normal.set(k, light.normal);
-        chosen.density[k] = light.density;
+        chosen.density[k] = light.density * pmf;
         chosen.two_sided[k] = light.two_sided as u32;
         (chosen.near[k], chosen.far[k]) = (light.error.near, light.error.far);
     }

@@ -4,8 +4,9 @@ mod solar;
 
 use super::LightSample;
 use super::environment::Environment;
-use super::source::{Findings, LightParameters, LightSource};
+use super::source::{Extent, Findings, LightParameters, LightSource};
 use super::sun::{SUN_DIAMETER, SunDisc};
+use super::tree::FarLight;
 use crate::document::{Bounds, NOT_NEGATIVE, UNIT, key};
 use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
@@ -158,6 +159,13 @@ impl LightSource for Sky {
 
     fn power(&self, section: f64) -> f64 {
         self.dome.power(section) + self.sun.as_ref().map_or(0.0, |sun| sun.power(section))
+    }
+
+    fn extent(&self) -> Extent {
+        Extent::Far(FarLight::around(
+            self.power(1.0),
+            self.dome.excess() + self.sun.as_ref().map_or(0.0, |sun| sun.power(1.0)),
+        ))
     }
 
     fn brightness(&self, scene_radius: f64) -> f64 {

@@ -1,6 +1,7 @@
 //! What a light that is not a surface has to answer.
 
 use super::LightSample;
+use super::tree::{FarLight, LightBounds};
 use crate::Result;
 use crate::fields::Fields;
 use crate::math::Rgb;
@@ -32,6 +33,13 @@ pub(crate) struct Findings {
     pub pictures: Vec<u64>,
 }
 
+/// Where a light is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Extent {
+    Near(LightBounds),
+    Far(FarLight),
+}
+
 /// A light that is not a surface. Everything is in world space.
 pub(crate) trait LightSource: Sized {
     /// The light with unit directions; an error where a number is unusable.
@@ -39,6 +47,9 @@ pub(crate) trait LightSource: Sized {
 
     /// Luminance of the power in W that reaches the scene. `section` is πR², where R is the radius of a sphere about it.
     fn power(&self, section: f64) -> f64;
+
+    /// What a light tree chooses by.
+    fn extent(&self) -> Extent;
 
     /// The largest component of the radiance that the light seems to have from the edge of the scene.
     fn brightness(&self, scene_radius: f64) -> f64;

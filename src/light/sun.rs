@@ -1,6 +1,7 @@
 //! A sun that has a size: a bright disc far away.
 
-use super::source::{Findings, LightParameters, LightSource};
+use super::source::{Extent, Findings, LightParameters, LightSource};
+use super::tree::FarLight;
 use super::{LightSample, check_light, scaled, wide_luminance};
 use crate::Result;
 use crate::document::{Bounds, NOT_NEGATIVE, key};
@@ -102,6 +103,11 @@ impl LightSource for SunDisc {
 
     fn power(&self, section: f64) -> f64 {
         section * self.solid_angle() * wide_luminance(self.radiance)
+    }
+
+    fn extent(&self) -> Extent {
+        let size = (1.0 - self.versine).acos();
+        Extent::Far(FarLight { axis: self.frame.n, size, irradiance: self.power(1.0) })
     }
 
     fn brightness(&self, _scene_radius: f64) -> f64 {

@@ -1,5 +1,6 @@
 //! Triangles that emit.
 
+use super::tree::LightBounds;
 use super::{EmitterPattern, LightPoint, Rounding, check_light, wide_luminance};
 use crate::Result;
 use crate::geometry::rounding::{ROUNDING, across, thinness, unit};
@@ -34,7 +35,7 @@ pub(super) struct AreaLight {
     pub(super) edges: [Vec3; 2],
     /// Unit, by the winding.
     pub(super) normal: Vec3,
-    /// Probability that this light is chosen over its area, 1/m²: 0 until [`AreaLight::choose`] says.
+    /// Of its points by area, 1/m²: of uniform ones, where nothing else is said.
     pub(super) density: f32,
     pub(super) radiance: Rgb,
     pub(super) two_sided: bool,
@@ -68,36 +69,63 @@ impl AreaLight {
         if t.radiance == Rgb::ZERO {
             return Ok(None);
         }
+        let area = 0.5 * cross.length();
         let light = AreaLight {
             origin: t.corners[0],
             edges,
             normal: normal.as_vec3(),
-            density: 0.0,
+            density: (1.0 / area) as f32,
             radiance: t.radiance,
             two_sided: t.two_sided,
             error: rounding(t, edges, normal.as_vec3()),
         };
-        Ok(Some((light, 0.5 * cross.length())))
+        Ok(Some((light, area)))
     }
 
     /// W: luminance · π · area · sides, where `mean` is that of its pattern.
     pub fn power(&self, area: f64, mean: Rgb) -> f64 {
-        let sides = if self.two_sided { 2.0 } else { 1.0 };
+        self.intensity(area, mean) * PI * if self.two_sided { 2.0 } else { 1.0 }
+    }
+
+    /// What a light tree chooses by.
+    pub fn bounds(&self, area: f64, mean: Rgb) -> LightBounds {
+        let corners = [self.origin, self.origin + self.edges[0], self.origin + self.edges[1]];
+        let centre = (corners[0] / 3.0 + corners[1] / 3.0) + corners[2] / 3.0;
+        LightBounds {
+            lo: corners[0].min(corners[1]).min(corners[2]),
+            hi: corners[0].max(corners[1]).max(corners[2]),
+            centre,
+            radius: corners.iter().map(|corner| corner.distance(centre)).fold(0.0, f32::max),
+            axis: self.normal,
+            two_sided: self.two_sided,
+            intensity: self.intensity(area, mean),
+        }
+    }
+
+    /// Whether it makes one flat patch with the triangle `other`: they share an edge and a plane but for rounding, and shine
+    /// alike.
+    pub fn continues(&self, other: &AreaLight) -> bool {
+        let corners = |light: &AreaLight| [light.origin, light.origin + light.edges[0], light.origin + light.edges[1]];
+        let one = |a: Vec3, b: Vec3| (a - b).abs().max_element() <= 4.0 * f32::EPSILON * a.abs().max_element();
+        let shared = corners(self).iter().filter(|&&a| corners(other).iter().any(|&b| one(a, b))).count();
+        let alike = (self.radiance, self.two_sided) == (other.radiance, other.two_sided);
+        // smaller angles than the tree can tell
+        alike && shared == 2 && self.normal.distance(other.normal) < 1.0 / 4096.0
+    }
+
+    /// Luminance of the intensity along the normal, W/sr.
+    fn intensity(&self, area: f64, mean: Rgb) -> f64 {
         // the pattern is at most 1, and may be small: the product with the radiance must not leave the range of an f32
         let largest = self.radiance.max_element();
         let bright = if largest > 0.0 { wide_luminance(self.radiance / largest * mean) * largest as f64 } else { 0.0 };
-        bright * PI * area * sides
+        bright * area
     }
 
-    /// The same light where points are drawn with another density, `factor` times as large.
+    /// The same light where points are drawn with another density, `factor` times as large: that of the light's choice for
+    /// example.
     #[inline]
     pub fn denser(self, factor: f32) -> AreaLight {
         AreaLight { density: self.density * factor, ..self }
-    }
-
-    /// Says with which probability it is chosen.
-    pub fn choose(&mut self, pmf: f32, area: f64) {
-        self.density = (pmf as f64 / area) as f32;
     }
 
     /// A point, uniform by area.

@@ -76,9 +76,9 @@ impl AliasTable {
         (index, rest.min(super::ONE_MINUS_EPSILON_F64))
     }
 
-    /// The indices of [`Self::sample_wide`] for a packet; without jumps, each of which would be a guess.
+    /// [`Self::sample_wide`] for a packet; without jumps, each of which would be a guess.
     #[inline(always)]
-    pub(crate) fn sample_lanes(&self, u: &[f64; LANES]) -> [u32; LANES] {
+    pub(crate) fn sample_lanes(&self, u: &[f64; LANES]) -> ([u32; LANES], [f64; LANES]) {
         let (bins, last) = (self.bins.len() as f64, (self.bins.len() - 1) as u32);
         let (mut bin, mut rest) = ([0; LANES], [0.0; LANES]);
         for k in 0..LANES {
@@ -92,9 +92,13 @@ impl AliasTable {
             (keep[k], alias[k]) = (share, other);
         }
         for k in 0..LANES {
-            bin[k] = pick(rest[k] < keep[k] as f64, bin[k], alias[k]);
+            let keep = keep[k] as f64;
+            let kept = rest[k] < keep;
+            bin[k] = pick(kept, bin[k], alias[k]);
+            let left = pick(kept, rest[k] / keep, (rest[k] - keep) / (1.0 - keep));
+            rest[k] = pick(left < super::ONE_MINUS_EPSILON_F64, left, super::ONE_MINUS_EPSILON_F64);
         }
-        bin
+        (bin, rest)
     }
 
     /// Probability of index `i`.
@@ -155,9 +159,9 @@ mod tests {
             for round in 0..50 {
                 let mut u = [0.0; LANES].map(|_: f64| rng.f64());
                 (u[0], u[1]) = (0.0, if round == 0 { crate::math::ONE_MINUS_EPSILON_F64 } else { u[1] });
-                let index = table.sample_lanes(&u);
+                let (index, rest) = table.sample_lanes(&u);
                 for k in 0..LANES {
-                    assert_eq!(index[k] as usize, table.sample_wide(u[k]).0, "{n} weights, {}", u[k]);
+                    assert_eq!((index[k] as usize, rest[k]), table.sample_wide(u[k]), "{n} weights, {}", u[k]);
                 }
             }
         }

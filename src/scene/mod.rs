@@ -25,8 +25,8 @@ pub(crate) use load::{LoadOptions, LoadStage};
 
 use crate::bsdf::Bsdf;
 use crate::embree;
-use crate::geometry::{Hit, Mesh, Ray, SurfaceInteraction, Surfaces};
-use crate::light::{LightUnit, Lights};
+use crate::geometry::{Hit, Mesh, SurfaceInteraction, Surfaces};
+use crate::light::{LightSampleContext, LightSampler, LightUnit, Lights};
 use crate::math::Rgb;
 use crate::texture::{Relief, Tangents, Texture};
 use glam::{DVec3, Vec3};
@@ -161,15 +161,21 @@ impl Scene {
         self.materials[self.mesh(&hit).materials[hit.primitive as usize] as usize].emits()
     }
 
-    /// Density per steradian with which next-event estimation at the ray's origin would draw the ray.
-    pub(crate) fn emitter_pdf(&self, hit: &Hit, si: &SurfaceInteraction, ray: &Ray) -> f32 {
+    /// Density per steradian with which next-event estimation at `ctx` would draw the way to the surface `si` of a hit.
+    pub(crate) fn emitter_pdf(
+        &self,
+        by: LightSampler,
+        ctx: &LightSampleContext,
+        hit: &Hit,
+        si: &SurfaceInteraction,
+    ) -> f32 {
         let instanced = hit.instance != NO_INSTANCE;
         let surface = if instanced { self.instances.surface(hit) } else { hit.geometry };
         let Some(light) = self.lights.triangle_light(surface, hit.primitive) else { return 0.0 };
         // corners of mirrored triangles that emit come in another order
         let mirrored = instanced && self.instances.mirrored(hit);
         let weights = if mirrored { [hit.v, hit.u] } else { [hit.u, hit.v] };
-        self.lights.pdf_triangle(light, ray.org, si.p, weights)
+        self.lights.pdf_triangle(by, ctx, light, si.p, weights)
     }
 
     #[inline]

@@ -17,7 +17,7 @@ use phototaxis::film::Combine;
 use phototaxis::guiding::settings::{
     DirectionTable, GuideSampling, GuidingMethod, LearningRule, Placement, Rate, Updates,
 };
-use phototaxis::integrator::Roulette;
+use phototaxis::integrator::{LightSampler, Roulette};
 use phototaxis::render::Settings;
 use phototaxis::stats::sidak;
 
@@ -29,10 +29,11 @@ const SCENES: usize = 6;
 /// A way of rendering, as a change of the unguided settings.
 type Way = (&'static str, fn(&mut Settings));
 
-const UNGUIDED: [Way; 4] = [
+const UNGUIDED: [Way; 5] = [
     ("unguided, the same again", |_| {}),
     ("unguided, BSDF sampling only", bsdf_sampling_only),
     ("unguided, next-event estimation only", |s| s.integrator.mis = false),
+    ("unguided, lights by power", |s| s.integrator.light_sampler = LightSampler::Power),
     ("unguided, no roulette", |s| s.integrator.roulette = Roulette::None),
 ];
 

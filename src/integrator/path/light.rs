@@ -2,13 +2,13 @@
 //! other.
 
 use super::packet::Packet;
-use super::{Probe, Stage, Wave, Wavefront};
+use super::{PathIntegrator, Probe, Stage, Wave, Wavefront};
 use crate::film::LightPath;
 use crate::geometry::{RayRows, SurfaceInteraction};
 use crate::integrator::batch::NextEventLanes;
+use crate::light::LightSampleContext;
 use crate::math::Rgb;
 use crate::simd::{LANES, Packing, Vec3Lanes, each, mask, pick};
-use glam::Vec3;
 
 impl<P: Probe> Wavefront<'_, '_, P> {
     /// Draws a light for each vertex of a packet that can be lit, and lays shadow rays towards those from which
@@ -46,11 +46,14 @@ impl<P: Probe> Wavefront<'_, '_, P> {
     }
 
     fn draw_lights(&self, packet: &mut Packet) {
-        let lights = self.integrator.scene.lights();
+        let lights = (self.integrator.scene.lights(), self.integrator.settings.light_sampler);
         let lit = packet.smooth();
         let (u_choice, mut u) = packet.rng.f64_f32x2(lit);
-        let Packet { surfaces, lights: drawn, .. } = packet;
-        drawn.choose(lit, lights, surfaces.places(), &u_choice, &mut u);
+        if self.keeps_normals() {
+            packet.find_light_normals();
+        }
+        let Packet { surfaces, lights: drawn, light_normals, .. } = packet;
+        drawn.choose(lit, lights, [surfaces.places(), light_normals], &u_choice, &mut u);
         drawn.resolve(surfaces.places(), &u);
     }
 
@@ -70,11 +73,31 @@ impl<P: Probe> Wavefront<'_, '_, P> {
         }
     }
 
+    /// Whether paths remember the normals of the surfaces that they come from, because lights are chosen by them.
+    #[inline(always)]
+    pub(super) fn keeps_normals(&self) -> bool {
+        let PathIntegrator { scene, settings, .. } = self.integrator;
+        settings.next_event && scene.lights().look_at_points(settings.light_sampler)
+    }
+
+    /// What surroundings send along ray `i`, which left the scene.
     #[inline]
-    pub(super) fn weigh_environment(&self, dir: Vec3, pdf: f32) -> Rgb {
-        let lights = self.integrator.scene.lights();
+    pub(super) fn weigh_environment(&self, i: usize) -> Rgb {
+        let (lights, by) = (self.integrator.scene.lights(), self.integrator.settings.light_sampler);
+        let Wave { rays, paths } = &self.batch.wave;
+        let dir = rays.ray(i).dir;
         let le = lights.environment_radiance(dir);
-        if le == Rgb::ZERO { le } else { le * self.emitter_weight(pdf, || lights.pdf_environment(dir)) }
+        if le == Rgb::ZERO {
+            return le;
+        }
+        le * self.emitter_weight(paths.pdf(i), || lights.pdf_environment(by, &self.origin(i), dir))
+    }
+
+    /// Where ray `i` comes from, as a light would be chosen there.
+    #[inline]
+    fn origin(&self, i: usize) -> LightSampleContext {
+        let Wave { rays, paths } = &self.batch.wave;
+        LightSampleContext { p: rays.ray(i).org, n: paths.normal(i) }
     }
 
     /// What the surface `si` sends along ray `i`, which met it.
@@ -86,7 +109,8 @@ impl<P: Probe> Wavefront<'_, '_, P> {
             return le;
         }
         let Wave { rays, paths } = &self.batch.wave;
-        let light_pdf = || rays.hit(i).map_or(0.0, |hit| scene.emitter_pdf(&hit, si, &rays.ray(i)));
+        let by = self.integrator.settings.light_sampler;
+        let light_pdf = || rays.hit(i).map_or(0.0, |hit| scene.emitter_pdf(by, &self.origin(i), &hit, si));
         le * self.emitter_weight(paths.pdf(i), light_pdf)
     }
 

@@ -37,6 +37,8 @@ pub(super) struct Packet<'a> {
     rays_behind: Lanes,
     expected: [PackedColor; LANES],
     pub(crate) lights: LightSamples,
+    /// By which lights are chosen, where that is by more than their power.
+    pub(crate) light_normals: Vec3Lanes,
     pub(crate) rng: RngLanes,
 }
 
@@ -59,6 +61,7 @@ impl<'a> Packet<'a> {
             rays_behind: [1.0; LANES],
             expected: [PackedColor::default(); LANES],
             lights: LightSamples::new(),
+            light_normals: Vec3Lanes::ZERO,
             rng: RngLanes::ZERO,
         }
     }
@@ -114,6 +117,17 @@ impl<'a> Packet<'a> {
             smooth.set(k, self.bsdfs.get(k).is_some_and(|bsdf| bsdf.has_smooth()));
         }
         smooth
+    }
+
+    /// Finds the normals by which lights are chosen: on the side of the path, where no light gets through from the other.
+    #[inline(always)]
+    pub(crate) fn find_light_normals(&mut self) {
+        self.surfaces.facing_normals(&mut self.light_normals);
+        for k in each(self.bsdfs.are() & !self.bsdfs.diffuse().are()) {
+            if self.bsdfs.get(k).is_some_and(|bsdf| !bsdf.is_opaque()) {
+                self.light_normals.set(k, Vec3::ZERO);
+            }
+        }
     }
 
     /// Finds for which lobes a guide may stand in. `product`: its directions are drawn from its product with the BSDF.

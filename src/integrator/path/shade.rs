@@ -87,7 +87,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let (rays, paths) = (&self.batch.wave.rays, &self.batch.wave.paths);
         let mut le = Rgb::ZERO;
         if rays.hit(i).is_none() {
-            le = self.weigh_environment(rays.ray(i).dir, paths.pdf(i));
+            le = self.weigh_environment(i);
             let path = LightPath { segments: depth };
             self.batch.radiance.add(paths.slot(i) as usize, path, paths.throughput(i) * le);
         }
@@ -225,13 +225,14 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             weight.set(k, proposals.weight.get(k) / survival.paths[k]);
             throughput.set(k, before.throughput.get(k) * weight.get(k));
         }
-        let (rng, pdf, analog) = (packet.rng, proposals.mixture, survival.analog);
-        let paths = PathPacket { slot: before.slot, throughput, rng, pdf, analog };
+        let (rng, pdf, normal, analog) = (packet.rng, proposals.mixture, packet.light_normals, survival.analog);
+        let paths = PathPacket { slot: before.slot, throughput, rng, pdf, normal, analog };
+        let keeps_normals = self.keeps_normals();
         let next = &mut self.batch.next;
         let packing = Packing::new(proposals.goes.bits(), next.rays.len());
         let (org, dir) = (proposals.org.rows(), proposals.dir.rows());
         next.rays.pack(&packing, &RayRows { org, dir, tfar: &[f32::INFINITY; LANES] });
-        next.paths.pack(&packing, &paths);
+        next.paths.pack(&packing, &paths, keeps_normals);
         if self.learn {
             next.paths.arrivals.pack(&packing, &edges(packet, &proposals, &weight, &survival.luminance));
         }
@@ -281,7 +282,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             }
             let throughput = self.batch.wave.paths.throughput(i) * weight;
             let pdf = next.pdf.map_or(f32::INFINITY, |pdf| pdf.mixture);
-            self.enqueue_ray(i, si.spawn(next.wi), next.wi, PathState { throughput, rng, pdf, analog });
+            let normal = packet.light_normals.get(k);
+            self.enqueue_ray(i, si.spawn(next.wi), next.wi, PathState { throughput, rng, pdf, normal, analog });
         }
     }
 

@@ -1,7 +1,7 @@
-use super::{Estimate, sphere_integral};
+use super::{BOTH, Estimate, draw, pdf_environment, pdf_triangle, sphere_integral};
 use crate::Error;
 use crate::light::environment::Environment;
-use crate::light::{ConstantLight, DirectionalLight, EmissiveTriangle, Lights, PointLight};
+use crate::light::{ConstantLight, DirectionalLight, EmissiveTriangle, LightSampleContext, Lights, PointLight};
 use crate::math::Rgb;
 use crate::math::rng::Rng;
 use glam::{Affine3A, DVec3, Vec3};
@@ -33,13 +33,18 @@ fn area_lights(triangles: &[EmissiveTriangle]) -> Lights {
     Lights::build(triangles, vec![], 1.0).unwrap()
 }
 
-/// Irradiance (red) at `p` on a surface facing `n`, unoccluded.
-fn irradiance(lights: &Lights, p: Vec3, n: Vec3, samples: usize) -> Estimate {
+/// Irradiance (red) at the origin on a surface that faces `n`, unoccluded: it is `truth`, and not another by `control`,
+/// however lights are chosen.
+fn assert_irradiance(lights: &Lights, n: Vec3, samples: usize, truth: f64, control: f64) {
     let mut rng = Rng::new(21);
-    Estimate::of(samples, || {
-        let sample = lights.sample(p, rng.f64(), rng.f32x2());
-        sample.map_or(0.0, |s| (s.radiance.x * n.dot(s.wi).max(0.0) / s.pdf) as f64)
-    })
+    for (by, n_known) in BOTH.into_iter().flat_map(|by| [(by, Vec3::ZERO), (by, n)]) {
+        let ctx = LightSampleContext { p: Vec3::ZERO, n: n_known };
+        let estimate = Estimate::of(samples, || {
+            let sample = lights.sample(by, &ctx, rng.f64(), rng.f32x2());
+            sample.map_or(0.0, |s| (s.radiance.x * n.dot(s.wi).max(0.0) / s.pdf) as f64)
+        });
+        estimate.assert_is(truth, control);
+    }
 }
 
 /// Form factor from a point to a rectangle a × b in the parallel plane at the distance c, one corner above the point
@@ -58,9 +63,9 @@ fn perpendicular_form_factor(a: f64, b: f64, c: f64) -> f64 {
 #[test]
 fn rectangles_light_by_their_form_factors() {
     let truth = 2.0 * PI * parallel_form_factor(1.0, 1.0, 1.0);
-    irradiance(&area_lights(&ceiling()), Vec3::ZERO, Vec3::Z, 200_000).assert_is(truth, 0.02);
+    assert_irradiance(&area_lights(&ceiling()), Vec3::Z, 200_000, truth, 0.02);
     let truth = 2.0 * PI * perpendicular_form_factor(1.0, 1.0, 1.0);
-    irradiance(&area_lights(&wall()), Vec3::ZERO, Vec3::Z, 200_000).assert_is(truth, 0.02);
+    assert_irradiance(&area_lights(&wall()), Vec3::Z, 200_000, truth, 0.02);
 }
 
 #[test]
@@ -70,7 +75,7 @@ fn inverse_density_averages_to_the_solid_angle() {
     let lights = area_lights(&ceiling());
     let mut rng = Rng::new(2);
     let estimate =
-        Estimate::of(200_000, || 1.0 / lights.sample(Vec3::ZERO, rng.f64(), rng.f32x2()).unwrap().pdf as f64);
+        Estimate::of(200_000, || 1.0 / draw(&lights, Vec3::ZERO, rng.f64(), rng.f32x2()).unwrap().pdf as f64);
     estimate.assert_is(truth, 0.02);
 }
 
@@ -83,7 +88,7 @@ fn ten_thousand_triangles_make_a_disk() {
     };
     let fan: Vec<_> = (0..n).map(|i| triangle(i, [Vec3::Z, rim(i), rim(i + 1)])).collect();
     // F = r²/(r² + h²)
-    irradiance(&area_lights(&fan), Vec3::ZERO, Vec3::Z, 200_000).assert_is(2.0 * PI * 0.5, 0.02);
+    assert_irradiance(&area_lights(&fan), Vec3::Z, 200_000, 2.0 * PI * 0.5, 0.02);
 }
 
 #[test]
@@ -103,7 +108,7 @@ fn only_the_near_side_of_a_sphere_lights() {
     }
     // F = (r/d)²
     let lights = area_lights(&triangles);
-    irradiance(&lights, Vec3::ZERO, Vec3::Z, 200_000).assert_is(2.0 * PI / 9.0, 0.04);
+    assert_irradiance(&lights, Vec3::Z, 200_000, 2.0 * PI / 9.0, 0.04);
 }
 
 fn all_kinds() -> Lights {
@@ -127,20 +132,20 @@ fn all_kinds_of_light_add_up() {
     let point = 50.0 / 25.0 * 0.8;
     let directional = 1.5 * 0.8;
     let truth = area + far + point + directional;
-    irradiance(&lights, Vec3::ZERO, Vec3::Z, 1_000_000).assert_is(truth, 0.02);
+    assert_irradiance(&lights, Vec3::Z, 1_000_000, truth, 0.02);
 }
 
 #[test]
 fn surroundings_have_one_density() {
     let lights = all_kinds();
-    let share = sphere_integral(700, |w| lights.pdf_environment(w) as f64);
+    let share = sphere_integral(700, |w| pdf_environment(&lights, w) as f64);
     let mut rng = Rng::new(9);
     let (mut far, mut equal, n) = (0.0, 0, 200_000);
     for _ in 0..n {
-        let sample = lights.sample(Vec3::ZERO, rng.f64(), rng.f32x2()).unwrap();
+        let sample = draw(&lights, Vec3::ZERO, rng.f64(), rng.f32x2()).unwrap();
         if sample.target.is_none() && !sample.delta {
             far += 1.0;
-            equal += ((lights.pdf_environment(sample.wi) / sample.pdf - 1.0).abs() < 1e-4) as u32;
+            equal += ((pdf_environment(&lights, sample.wi) / sample.pdf - 1.0).abs() < 1e-4) as u32;
             let radiance = lights.environment_radiance(sample.wi);
             assert!((radiance - sample.radiance).length() < 1e-2);
         }
@@ -155,17 +160,17 @@ fn surroundings_have_one_density() {
 fn points_and_suns_are_delta_lights() {
     let point = PointLight { position: Vec3::new(0.0, 3.0, 4.0), intensity: Rgb::splat(50.0) }.into();
     let lights = Lights::build(&[], vec![point], 1.0).unwrap();
-    let sample = lights.sample(Vec3::ZERO, 0.3, [0.1, 0.2]).unwrap();
+    let sample = draw(&lights, Vec3::ZERO, 0.3, [0.1, 0.2]).unwrap();
     assert_eq!(sample.wi, Vec3::new(0.0, 0.6, 0.8));
     assert_eq!(sample.target.unwrap().point, Vec3::new(0.0, 3.0, 4.0));
     assert_eq!((sample.radiance, sample.pdf, sample.delta), (Rgb::splat(2.0), 1.0, true));
-    assert!(lights.sample(Vec3::new(0.0, 3.0, 4.0), 0.3, [0.1, 0.2]).is_none());
+    assert!(draw(&lights, Vec3::new(0.0, 3.0, 4.0), 0.3, [0.1, 0.2]).is_none());
     let sun = DirectionalLight { direction: Vec3::new(0.0, 0.0, -9.0), irradiance: Rgb::ONE }.into();
     let lights = Lights::build(&[], vec![sun], 1.0).unwrap();
-    let sample = lights.sample(Vec3::ONE, 0.3, [0.1, 0.2]).unwrap();
+    let sample = draw(&lights, Vec3::ONE, 0.3, [0.1, 0.2]).unwrap();
     assert_eq!((sample.wi, sample.target), (Vec3::Z, None));
     assert_eq!((sample.radiance, sample.pdf, sample.delta), (Rgb::ONE, 1.0, true));
-    assert_eq!(lights.pdf_environment(Vec3::Z), 0.0);
+    assert_eq!(pdf_environment(&lights, Vec3::Z), 0.0);
     assert_eq!(lights.environment_radiance(Vec3::Z), Rgb::ZERO);
 }
 
@@ -176,7 +181,7 @@ fn density_of_a_hit_is_that_of_the_sample() {
     let mut seen = 0;
     for _ in 0..50_000 {
         let p = Vec3::new(rng.f32(), rng.f32(), -rng.f32());
-        let Some(s) = lights.sample(p, rng.f64(), rng.f32x2()) else { continue };
+        let Some(s) = draw(&lights, p, rng.f64(), rng.f32x2()) else { continue };
         let Some(surface) = s.target.filter(|_| !s.delta) else { continue };
         // which triangle: the diagonal divides them; a ray finds the point by direction and distance
         let y = surface.point;
@@ -184,7 +189,7 @@ fn density_of_a_hit_is_that_of_the_sample() {
             continue;
         }
         let light = lights.triangle_light(0, (y.x > y.y) as u32).unwrap();
-        let pdf = lights.pdf_triangle(light, p, y, [0.2, 0.3]);
+        let pdf = pdf_triangle(&lights, light, p, y, [0.2, 0.3]);
         assert!((pdf / s.pdf - 1.0).abs() < 1e-4, "{pdf} {}", s.pdf);
         assert_eq!(s.radiance, GREY);
         assert!((surface.point - y).length() < 1e-5 && surface.normal == Vec3::NEG_Z);
@@ -198,11 +203,11 @@ fn the_back_shines_only_when_two_sided() {
     let mut triangles = ceiling();
     let above = Vec3::new(0.5, 0.5, 2.0);
     let lights = area_lights(&triangles);
-    assert!(lights.sample(above, 0.5, [0.5, 0.5]).is_none());
-    assert_eq!(lights.pdf_triangle(0, above, Vec3::new(0.2, 0.6, 1.0), [0.2, 0.3]), 0.0);
+    assert!(draw(&lights, above, 0.5, [0.5, 0.5]).is_none());
+    assert_eq!(pdf_triangle(&lights, 0, above, Vec3::new(0.2, 0.6, 1.0), [0.2, 0.3]), 0.0);
     triangles.iter_mut().for_each(|t| t.two_sided = true);
     let lights = area_lights(&triangles);
-    let sample = lights.sample(above, 0.5, [0.5, 0.5]).unwrap();
+    let sample = draw(&lights, above, 0.5, [0.5, 0.5]).unwrap();
     assert_eq!(sample.radiance, GREY);
     // both triangles weigh ½, each is ½ m²: the density by area is 1
     let expected = (sample.target.unwrap().point - above).length_squared() / -sample.wi.z;
@@ -221,10 +226,10 @@ fn two_sides_and_kinds_of_light_compare_by_power() {
         ConstantLight { radiance: Rgb::splat((9.0 / (16.0 * PI)) as f32) }.into(),
     ];
     let lights = Lights::build(&triangles, others, 2.0).unwrap();
-    let far = lights.pdf_environment(Vec3::X) as f64 * 4.0 * PI;
+    let far = pdf_environment(&lights, Vec3::X) as f64 * 4.0 * PI;
     assert!((far - 0.5).abs() < 1e-5, "{far}");
     let p = Vec3::new(0.3, 0.6, 0.0);
-    let density = |light, x, y| lights.pdf_triangle(light, p, Vec3::new(x, y, 1.0), [0.2, 0.3]);
+    let density = |light, x, y| pdf_triangle(&lights, light, p, Vec3::new(x, y, 1.0), [0.2, 0.3]);
     // straight up, pmf/A with A = ½
     assert!((density(0, 0.3, 0.6) * 9.0 - 1.0).abs() < 1e-5);
     assert!((density(1, 0.3, 0.6) * 4.5 - 1.0).abs() < 1e-5);
@@ -246,7 +251,7 @@ fn scaling_all_emission_changes_no_density() {
         let mut rng = Rng::new(8);
         for _ in 0..1000 {
             let (p, choice, u) = (Vec3::new(0.5, 0.1, -1.0), rng.f64(), rng.f32x2());
-            let pdfs = [&plain, &scaled].map(|l| l.sample(p, choice, u).unwrap().pdf);
+            let pdfs = [&plain, &scaled].map(|l| draw(l, p, choice, u).unwrap().pdf);
             assert!((pdfs[0] / pdfs[1] - 1.0).abs() < 1e-5, "{scale}: {pdfs:?}");
         }
     }
@@ -266,7 +271,7 @@ fn extreme_triangles_give_usable_samples_or_none() {
         let mut t = triangle(0, corners);
         t.radiance *= 10f32.powi(i % 13 - 6);
         let lights = area_lights(&[t.clone()]);
-        match lights.sample(p, rng.f64(), rng.f32x2()) {
+        match draw(&lights, p, rng.f64(), rng.f32x2()) {
             None => none += 1,
             Some(s) => {
                 some += 1;
@@ -283,10 +288,10 @@ fn a_point_in_the_plane_gets_nothing_and_a_grazing_one_little() {
     let lights = area_lights(&ceiling());
     let corner = Vec3::new(0.0, 0.0, 1.0);
     for p in [Vec3::new(3.0, 0.5, 1.0), corner] {
-        assert!(lights.sample(p, 0.5, [0.5, 0.5]).is_none());
-        assert_eq!(lights.pdf_triangle(0, p, corner, [0.0; 2]), 0.0);
+        assert!(draw(&lights, p, 0.5, [0.5, 0.5]).is_none());
+        assert_eq!(pdf_triangle(&lights, 0, p, corner, [0.0; 2]), 0.0);
     }
-    let sample = lights.sample(Vec3::new(3.0, 0.5, 0.999_999), 0.5, [0.5, 0.5]).unwrap();
+    let sample = draw(&lights, Vec3::new(3.0, 0.5, 0.999_999), 0.5, [0.5, 0.5]).unwrap();
     assert!(sample.radiance.x / sample.pdf < 1e-6);
 }
 
@@ -301,8 +306,8 @@ fn what_emits_nothing_is_no_light() {
     assert!(!lights.are_black() && area_lights(&[]).are_black());
     let dark = ConstantLight { radiance: Rgb::ZERO }.into();
     let lights = Lights::build(&[], vec![dark], 1.0).unwrap();
-    assert!(lights.are_black() && lights.sample(Vec3::ZERO, 0.5, [0.5, 0.5]).is_none());
-    assert_eq!(lights.pdf_environment(Vec3::X), 0.0);
+    assert!(lights.are_black() && draw(&lights, Vec3::ZERO, 0.5, [0.5, 0.5]).is_none());
+    assert_eq!(pdf_environment(&lights, Vec3::X), 0.0);
 }
 
 #[test]

@@ -6,10 +6,28 @@ mod patterns;
 mod samples;
 mod shadows;
 mod sky;
+mod tree;
 
+use crate::light::{LightSample, LightSampleContext, LightSampler, Lights};
 use crate::math::rng::Rng;
 use crate::math::warp::square_to_uniform_sphere;
 use glam::Vec3;
+
+const BOTH: [LightSampler; 2] = [LightSampler::Tree, LightSampler::Power];
+
+/// By power.
+fn draw(lights: &Lights, p: Vec3, u_choice: f64, u: [f32; 2]) -> Option<LightSample> {
+    lights.sample(LightSampler::Power, &LightSampleContext::unoriented(p), u_choice, u)
+}
+
+/// The densities of [`draw`].
+fn pdf_triangle(lights: &Lights, light: u32, p: Vec3, y: Vec3, weights: [f32; 2]) -> f32 {
+    lights.pdf_triangle(LightSampler::Power, &LightSampleContext::unoriented(p), light, y, weights)
+}
+
+fn pdf_environment(lights: &Lights, wi: Vec3) -> f32 {
+    lights.pdf_environment(LightSampler::Power, &LightSampleContext::unoriented(Vec3::ZERO), wi)
+}
 
 /// Mean of samples and the standard error of that mean.
 struct Estimate {

@@ -1,5 +1,6 @@
 //! Where shadow rays end: before the light that they are sent to, and behind what stands just before that.
 
+use super::draw;
 use crate::embree::{Device, Instance, Scene, SceneBuilder, Triangles};
 use crate::geometry::{Mesh, Placement};
 use crate::light::{EmissiveTriangle, Lights, PointLight};
@@ -51,7 +52,7 @@ fn shadowed(size: f32, far: f32, reach: f32, placed: bool) -> [u32; 2] {
         for _ in 0..100 {
             let away = warp::square_to_uniform_sphere(rng.f32x2()) * size * 10f32.powf(reach.log10() * rng.f32());
             let p = corners[0] + away;
-            let Some(sample) = lights.sample(p, rng.f64(), rng.f32x2()) else { continue };
+            let Some(sample) = draw(&lights, p, rng.f64(), rng.f32x2()) else { continue };
             let ray = sample.shadow_ray(p);
             counts[0] += (ray.tfar > 0.0) as u32;
             counts[1] += (ray.tfar > 0.0 && scene.occluded(&ray)) as u32;
@@ -104,7 +105,7 @@ fn what_stands_just_before_a_lamp_throws_a_shadow() {
         ] {
             for _ in 0..100 {
                 let p = at(0.2 * rng.f32(), 0.0, 0.2 * rng.f32());
-                let sample = lights.sample(p, rng.f64(), rng.f32x2().map(|u| 0.2 + 0.6 * u)).unwrap();
+                let sample = draw(&lights, p, rng.f64(), rng.f32x2().map(|u| 0.2 + 0.6 * u)).unwrap();
                 assert!(scene.occluded(&sample.shadow_ray(p)), "{distance} away, {gap} before it");
             }
         }

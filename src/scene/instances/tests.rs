@@ -3,6 +3,7 @@
 use crate::embree::{Coherence, HitBatch, ShadowBatch};
 use crate::format;
 use crate::geometry::{Hit, Ray, SurfaceInteraction};
+use crate::light::{LightSampleContext, LightSampler};
 use crate::math::{rng::Rng, warp};
 use crate::scene::Scene;
 use glam::{Affine3A, Quat, Vec3};
@@ -117,7 +118,8 @@ fn hits_on_instances_are_those_on_copies() {
             s.bsdf(s.material(si.material), si.uv, || crate::math::Rgb::ONE).albedo(Vec3::Z)
         };
         assert_eq!(albedo(&one, &a), albedo(&other, &b));
-        let (pa, pb) = (one.emitter_pdf(&ha, &a, &ray), other.emitter_pdf(&hb, &b, &ray));
+        let (by, from) = (LightSampler::Power, LightSampleContext::unoriented(ray.org));
+        let (pa, pb) = (one.emitter_pdf(by, &from, &ha, &a), other.emitter_pdf(by, &from, &hb, &b));
         assert!((pa - pb).abs() <= 2e-3 * pb, "{pa} against {pb}");
         lights += (pa > 0.0) as u32;
         compared += 1;

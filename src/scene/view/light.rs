@@ -1,6 +1,7 @@
 //! The light that arrives along a ray: a small path tracer, one ray at a time.
 
 use crate::geometry::{Ray, SurfaceInteraction};
+use crate::light::{LightSampleContext, LightSampler};
 use crate::math::rng::Rng;
 use crate::math::{Rgb, luminance};
 use crate::scene::{Camera, Scene};
@@ -43,7 +44,8 @@ pub(super) fn arriving(scene: &Scene, mut ray: Ray, rng: &mut Rng) -> f32 {
 
 /// What one light sends to the point and on, where nothing is between.
 fn asked(scene: &Scene, si: &SurfaceInteraction, scattered: impl Fn(glam::Vec3) -> Rgb, rng: &mut Rng) -> Rgb {
-    let Some(light) = scene.lights().sample(si.p, rng.f64(), rng.f32x2()) else { return Rgb::ZERO };
+    let ctx = LightSampleContext::unoriented(si.p);
+    let Some(light) = scene.lights().sample(LightSampler::Tree, &ctx, rng.f64(), rng.f32x2()) else { return Rgb::ZERO };
     let brought = scattered(light.wi) * light.radiance / light.pdf;
     if brought == Rgb::ZERO || !si.consistent(light.wi) {
         return Rgb::ZERO;

@@ -1,5 +1,6 @@
 use super::*;
 use crate::format;
+use crate::light::{LightSampleContext, LightSampler};
 use crate::scene::Scene;
 use glam::Vec3;
 
@@ -83,7 +84,10 @@ fn every_emitter_faces_away_from_its_body() {
         let (mut seen, mut rng) = (0, crate::math::rng::Rng::new(9));
         for _ in 0..60_000 {
             let p = Vec3::new(30.0 * (rng.f32() - 0.5), 3.0, 30.0 * (rng.f32() - 0.5));
-            let Some(light) = scene.lights().sample(p, rng.f64(), rng.f32x2()) else { continue };
+            let ctx = LightSampleContext::unoriented(p);
+            let Some(light) = scene.lights().sample(LightSampler::Power, &ctx, rng.f64(), rng.f32x2()) else {
+                continue;
+            };
             let Some(surface) = light.target.filter(|_| !light.delta) else { continue };
             // just before the light there is nothing, so what emits is its outside
             let origin = surface.point + surface.normal * 0.02;
