@@ -1,14 +1,15 @@
 //! The layers of a render's EXR.
 
 use super::report::Context;
-use crate::film::ExtraLayer;
 use crate::film::accumulate::Estimate;
 use crate::film::ids::{IdCounts, KINDS, RANKS};
 use crate::film::tile::Aovs;
+use crate::film::{ExtraLayer, RadianceLayer};
 use crate::image::Layer;
 use crate::image::cryptomatte::Matte;
 use crate::image::exr::DENOISED;
 use crate::inspect::Layers;
+use crate::math::Rgb;
 use crate::render::Rendering;
 use crate::scene::SceneNames;
 use glam::Vec3;
@@ -18,7 +19,9 @@ use glam::Vec3;
 pub(super) fn layers(rendering: &Rendering, context: &Context) -> Vec<Layer> {
     let e = &rendering.estimate;
     let mut layers = always(e, context.scene.lights().has_surroundings());
-    layers.extend(context.extra_layers.iter().filter_map(|&layer| extra(e, layer, context.scene.origin().as_vec3())));
+    let origin = context.scene.origin().as_vec3();
+    layers.extend(context.extra_layers.iter().filter_map(|&layer| extra(e, layer, origin)));
+    layers.extend(e.layers.iter().filter_map(|(layer, mean)| light_group(context, *layer, mean)));
     layers.extend(mattes(context).iter().enumerate().flat_map(|(kind, matte)| matte.layers(RANKS, &coverage(e, kind))));
     layers.extend(context.denoised.iter().map(|denoised| Layer::color(DENOISED, &denoised.image.data)));
     layers.extend(context.guide_layers.iter().flat_map(Layers::channels));
@@ -48,9 +51,16 @@ fn extra(e: &Estimate, layer: ExtraLayer, origin: Vec3) -> Option<Layer> {
             Some(Layer::color(name, mean))
         }
         ExtraLayer::Position => Some(Layer::vector(name, &vectors(e, |f| origin + f.mean_position()))),
-        ExtraLayer::Cryptomatte => None,
+        ExtraLayer::Cryptomatte | ExtraLayer::LightGroups => None,
         ExtraLayer::GeometricNormal => Some(Layer::vector(name, &vectors(e, |f| f.geometric_normal))),
     }
+}
+
+/// The light of a group.
+fn light_group(context: &Context, layer: RadianceLayer, mean: &[Rgb]) -> Option<Layer> {
+    let RadianceLayer::Group(number) = layer else { return None };
+    let name = &context.scene.light_groups().names()[number as usize];
+    Some(Layer::color(&format!("light_group_{name}"), mean))
 }
 
 /// Cryptomatte of objects and of materials, where it is asked for.

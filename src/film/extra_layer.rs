@@ -7,6 +7,8 @@ use super::RadianceLayer;
 pub enum ExtraLayer {
     /// Light apart.
     Light(RadianceLayer),
+    /// Light apart by the groups that lights are in, a layer for each.
+    LightGroups,
     /// Where camera rays meet the scene.
     Position,
     /// Normals of the triangles that they meet.
@@ -21,16 +23,18 @@ impl ExtraLayer {
         ("emission", ExtraLayer::Light(RadianceLayer::Emission)),
         ("direct", ExtraLayer::Light(RadianceLayer::Direct)),
         ("indirect", ExtraLayer::Light(RadianceLayer::Indirect)),
+        ("light_groups", ExtraLayer::LightGroups),
         ("P", ExtraLayer::Position),
         ("N", ExtraLayer::GeometricNormal),
         ("cryptomatte", ExtraLayer::Cryptomatte),
     ];
 
-    /// The light that it holds, if it holds light.
-    pub(crate) fn light(self) -> Option<RadianceLayer> {
+    /// The light that it holds, if it holds light, where lights are in so many groups.
+    pub(crate) fn light(self, groups: usize) -> Vec<RadianceLayer> {
         match self {
-            ExtraLayer::Light(layer) => Some(layer),
-            _ => None,
+            ExtraLayer::Light(layer) => vec![layer],
+            ExtraLayer::LightGroups => (0..groups as u32).map(RadianceLayer::Group).collect(),
+            _ => Vec::new(),
         }
     }
 

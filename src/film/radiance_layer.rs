@@ -12,6 +12,8 @@ pub enum RadianceLayer {
     Indirect,
     /// Light of paths with at most so many segments.
     Shortest(u32),
+    /// Light of the lights in a group.
+    Group(u32),
 }
 
 /// Where a contribution to a pixel comes from.
@@ -19,6 +21,8 @@ pub enum RadianceLayer {
 pub(crate) struct LightPath {
     /// Segments from the camera to the emitter; passing through glass counts as scattering.
     pub(crate) segments: u32,
+    /// Number of the emitter's light group.
+    pub(crate) group: u32,
 }
 
 impl RadianceLayer {
@@ -30,6 +34,7 @@ impl RadianceLayer {
             RadianceLayer::Direct => path.segments == 2,
             RadianceLayer::Indirect => path.segments > 2,
             RadianceLayer::Shortest(most) => path.segments <= most,
+            RadianceLayer::Group(group) => path.group == group,
         }
     }
 }
@@ -43,7 +48,8 @@ mod tests {
     #[test]
     fn each_path_is_in_one_of_the_named_layers() {
         for segments in 1..9 {
-            let path = LightPath { segments };
+            let path = LightPath { segments, group: segments % 3 };
+            assert_eq!((0..3).filter(|&group| RadianceLayer::Group(group).takes(path)).count(), 1);
             assert_eq!(ALL.iter().filter(|layer| layer.takes(path)).count(), 1);
             assert_eq!(RadianceLayer::Shortest(4).takes(path), segments <= 4);
         }

@@ -165,7 +165,7 @@ impl Import<'_> {
             }
         }
         let mut t = Reader::new("emitter", node)?;
-        self.scene.lights.push(world::light(&mut t, self.base)?);
+        world::light(&mut t, self.base, &mut self.scene)?;
         self.finish(&t)?;
         Ok(())
     }

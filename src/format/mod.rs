@@ -73,7 +73,7 @@ impl SceneFile {
     /// That there is memory for radiance layers and for what the guide may take, before it is asked for.
     fn check_memory(&self) -> Result<()> {
         let [width, height] = self.scene.film.rendered();
-        let layers = self.render.radiance_layers().len() as u64;
+        let layers = self.render.radiance_layers(self.scene.light_group_count()).len() as u64;
         memory::check(layers * u64::from(width) * u64::from(height) * BYTES_PER_LAYER)
             .map_err(|shortage| Error::Scene(format!("render.layers: {layers} layers {shortage}")))?;
         if self.guiding.method == GuidingMethod::None {

@@ -73,7 +73,7 @@ fn whole(root: Node, source: &Source, file: &mut SceneFile) -> Result<(), Fault>
     }
     for node in root.take("light").map_or(Ok(vec![]), |n| n.tables("light"))? {
         let mut t = Reader::new("[[light]]", node)?;
-        scene.lights.push(world::light(&mut t, base)?);
+        world::light(&mut t, base, scene)?;
         t.finish()?;
     }
     root.finish()

@@ -189,6 +189,8 @@ pub(super) struct NextEventLanes {
     /// To the vertex, and which one it is in its wave.
     pub(crate) local: Vec3Lanes,
     pub(crate) vertex: [u32; LANES],
+    /// Number of the light's group.
+    pub(crate) group: [u32; LANES],
 }
 
 impl NextEvents {
@@ -196,15 +198,19 @@ impl NextEvents {
         self.len = 0;
     }
 
-    /// Adds those of a packet that `packing`, made for this length, has chosen; what vertices learn only where they do.
+    /// Adds those of a packet that `packing`, made for this length, has chosen; what vertices learn only where they `learn`, and
+    /// groups where lights are told apart.
     #[inline(always)]
-    pub(crate) fn pack(&mut self, packing: &Packing, events: &NextEventLanes, learn: bool) {
+    pub(crate) fn pack(&mut self, packing: &Packing, events: &NextEventLanes, [learn, groups]: [bool; 2]) {
         let [first, second] = packing.packets(&mut self.packets, || NextEventLanes::EMPTY);
         packing.put(&events.slot, [&mut first.slot, &mut second.slot]);
         events.contribution.pack(packing, [&mut first.contribution, &mut second.contribution]);
         if learn {
             events.local.pack(packing, [&mut first.local, &mut second.local]);
             packing.put(&events.vertex, [&mut first.vertex, &mut second.vertex]);
+        }
+        if groups {
+            packing.put(&events.group, [&mut first.group, &mut second.group]);
         }
         self.len += packing.count();
     }
@@ -217,8 +223,13 @@ impl NextEvents {
 }
 
 impl NextEventLanes {
-    pub(crate) const EMPTY: NextEventLanes =
-        NextEventLanes { slot: [0; LANES], contribution: Vec3Lanes::ZERO, local: Vec3Lanes::ZERO, vertex: [0; LANES] };
+    pub(crate) const EMPTY: NextEventLanes = NextEventLanes {
+        slot: [0; LANES],
+        contribution: Vec3Lanes::ZERO,
+        local: Vec3Lanes::ZERO,
+        vertex: [0; LANES],
+        group: [0; LANES],
+    };
 }
 
 /// Scratch memory for one batch at a time; a worker keeps it from task to task.

@@ -44,12 +44,12 @@ impl Radiance {
     }
 
     /// Adds what was expected of paths that were not followed from the path in this place. It counts as light that was scattered twice or
-    /// more often: no layer may be other than on average.
+    /// more often, of lights in no group: no layer may be other than on average.
     #[inline(always)]
     pub(super) fn expect(&mut self, slot: usize, light: Rgb) {
         self.expected[slot] += light;
         for (layer, radiance) in &mut self.layers {
-            if layer.takes(LightPath { segments: u32::MAX }) {
+            if layer.takes(LightPath { segments: u32::MAX, group: 0 }) {
                 radiance[slot] += light;
             }
         }
@@ -93,7 +93,7 @@ mod tests {
             [RadianceLayer::Emission, RadianceLayer::Direct, RadianceLayer::Indirect, RadianceLayer::Shortest(2)];
         let mut radiance = Radiance::default();
         radiance.begin(layers.into_iter(), 2);
-        radiance.add(0, LightPath { segments: 2 }, Rgb::ONE);
+        radiance.add(0, LightPath { segments: 2, group: 0 }, Rgb::ONE);
         radiance.expect(0, Rgb::splat(-0.5));
         radiance.expect(1, Rgb::splat(0.25));
         assert_eq!(radiance.all().collect::<Vec<_>>(), [Rgb::splat(0.5), Rgb::splat(0.25)]);

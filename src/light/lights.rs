@@ -30,6 +30,8 @@ pub(crate) struct Lights {
     others: Vec<Light>,
     /// By triangle, where the emission varies over it; empty where that of no light does.
     patterns: Vec<Option<TrianglePattern>>,
+    /// Numbers of the groups of triangles and others; empty where all are in group 0.
+    groups: Vec<u32>,
     /// Light by (mesh, triangle).
     ids: FxHashMap<(u32, u32), u32>,
     power: PowerLightSampler,
@@ -51,7 +53,7 @@ impl Lights {
         }
         let others = others.into_iter().map(Light::checked).collect::<Result<Vec<_>>>()?;
         let mut ids = FxHashMap::default();
-        let (mut lights, mut areas, mut patterns) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut lights, mut areas, mut patterns, mut groups) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for t in triangles {
             let Some((light, area)) = AreaLight::new(t)? else { continue };
             if ids.insert((t.mesh, t.triangle), lights.len() as u32).is_some() {
@@ -62,6 +64,7 @@ impl Lights {
             lights.push(light);
             areas.push(area);
             patterns.push(t.pattern.as_ref().map(|pattern| (pattern, t.triangle)));
+            groups.push(t.group);
         }
         let patterns = prepared(&patterns);
         let section = PI * (scene_radius as f64).powi(2);
@@ -70,7 +73,29 @@ impl Lights {
         let near = lights.iter().zip(&areas).enumerate().map(|(k, (light, &area))| light.power(area, mean(k)));
         let power = PowerLightSampler::new(&near.chain(far).collect::<Vec<_>>());
         let tree = leaves::tree((&lights, &areas, &patterns), &others, scene_radius);
-        Ok(Lights { triangles: lights, others, patterns, ids, power, tree })
+        Ok(Lights { triangles: lights, others, patterns, groups, ids, power, tree }.with_groups(&[]))
+    }
+
+    /// With the groups of the lights that are no triangles, where any is in one.
+    pub fn with_groups(mut self, others: &[u32]) -> Lights {
+        self.groups.resize(self.triangles.len(), 0);
+        self.groups.extend_from_slice(others);
+        if self.groups.iter().all(|group| *group == 0) {
+            self.groups = Vec::new();
+        }
+        self
+    }
+
+    /// The group of the light `index` of the choice.
+    #[inline]
+    pub(super) fn group(&self, index: u32) -> u32 {
+        self.groups.get(index as usize).copied().unwrap_or(0)
+    }
+
+    /// The group that all surroundings are in.
+    pub fn group_of_surroundings(&self) -> u32 {
+        let first = self.surroundings().next();
+        first.map_or(0, |(k, _)| self.group((self.triangles.len() + k) as u32))
     }
 
     /// Luminance of the power of each light that is no surface, in W times the lights' unit, where the scene has this radius.

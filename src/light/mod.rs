@@ -38,7 +38,8 @@ use crate::geometry::Ray;
 use crate::math::{Rgb, luminance};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
-use source::{Extent, LightParameters, LightSource};
+pub(crate) use source::LightSource;
+use source::{Extent, LightParameters};
 
 // What a type of light is called in scene files, its parameters, and what samples it.
 lights! {

@@ -19,6 +19,8 @@ pub(crate) struct LightSamples {
     pub delta: Mask,
     /// Lanes where something else was drawn.
     others: Mask,
+    /// Numbers of the lights that were chosen.
+    light: [u32; LANES],
     /// On an emissive triangle, or that of a point light.
     point: Vec3Lanes,
     surface: Mask,
@@ -61,6 +63,7 @@ impl LightSamples {
             delta: Mask::NONE,
             point: Vec3Lanes::ZERO,
             others: Mask::NONE,
+            light: [0; LANES],
             surface: Mask::NONE,
             aimed: Mask::NONE,
             chosen,
@@ -99,7 +102,7 @@ impl LightSamples {
                 }
             }
         }
-        (self.surface, self.others, self.delta) = (surface, others, Mask::NONE);
+        (self.surface, self.others, self.delta, self.light) = (surface, others, Mask::NONE, choice.light);
         if lights.has_patterns() {
             self.follow_patterns(lights, &choice.light, u);
         }
@@ -157,6 +160,12 @@ impl LightSamples {
                 (self.chosen.near[k], self.chosen.far[k]) = (error.near, error.far);
             }
         }
+    }
+
+    /// Numbers of the groups that the lights are in; any where nothing was drawn.
+    #[inline(never)]
+    pub fn groups(&self, lights: &Lights) -> [u32; LANES] {
+        self.light.map(|light| lights.group(light))
     }
 
     /// What arrives from the lights if nothing stands between: `f`·radiance·`weight`/pdf. Any where nothing was drawn.

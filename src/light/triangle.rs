@@ -21,6 +21,8 @@ pub(crate) struct EmissiveTriangle {
     /// arrive: what those see that it stops, times the share that it stops. Of a picture it is the brightest texel.
     pub radiance: Rgb,
     pub two_sided: bool,
+    /// Number of its light group.
+    pub group: u32,
     /// By which `radiance` is multiplied from point to point; `None`: 1 everywhere.
     pub pattern: Option<Arc<dyn EmitterPattern>>,
     /// How far across its plane the triangle may be from where rays meet it, for other reasons than the rounding of these

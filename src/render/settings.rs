@@ -47,9 +47,9 @@ impl RenderSettings {
         self.layers.contains(&ExtraLayer::Cryptomatte)
     }
 
-    /// Light that is kept apart.
-    pub(crate) fn radiance_layers(&self) -> Vec<RadianceLayer> {
-        self.layers.iter().filter_map(|layer| layer.light()).collect()
+    /// Light that is kept apart, in a scene whose lights are in so many groups.
+    pub(crate) fn radiance_layers(&self, groups: usize) -> Vec<RadianceLayer> {
+        self.layers.iter().flat_map(|layer| layer.light(groups)).collect()
     }
 
     /// Reads `[render]` over what there is.
@@ -75,7 +75,7 @@ const TIME: &str = "after loading; rendering stops at whichever of `spp` and `ti
 const SEED: &str = "of all random numbers: the same seed and `spp` give the same picture, bit for bit, with any number of threads, \
     by one build of the program at one instruction set of Embree's (see [processors.md](processors.md#the-same-picture-bit-for-bit))";
 const LAYERS: &str = "what the EXR also holds, each under its name: light apart, which emitters and surroundings send to the camera by \
-    themselves, which one surface has scattered, and which several have (together they are the picture); places and normals of the \
+    themselves, which one surface has scattered, and which several have (together they are the picture); the light of each group of lights (`light_group`); places and normals of the \
     triangles that the camera sees. See [pictures.md](pictures.md#layers)";
 const ORDER: &str = "passes over the whole picture in iterations of doubling length, or block after block from the middle outwards, \
     each with all of its samples: one iteration, so a guide needs `updates = \"online\"` and a grid of strata; not together with `time`";

@@ -79,7 +79,7 @@ impl RenderState {
         // With a guide from before, iterations go on where those ended: after one of its length, the old is half forgotten.
         let first = (learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST_ITERATION as u64) as u32;
         let policy = Policy::asked_for(settings.guiding.method, wanted, first, settings.render.time.is_some(), pixels);
-        let layers = settings.render.radiance_layers();
+        let layers = settings.render.radiance_layers(scene.light_groups().names().len());
         RenderState {
             film: Film::new(width, height, combine(settings, &policy), &layers),
             layers,

@@ -34,6 +34,8 @@ pub struct SceneDescription {
     /// Materials that a model has to have, and where they are named.
     pub(crate) named_materials: Vec<(String, Place)>,
     pub(crate) lights: Vec<LightDescription>,
+    /// Of the first of these lights, in their order, the groups that they are in.
+    pub(crate) light_groups: Vec<Option<String>>,
 }
 
 /// How a camera sees.
@@ -178,6 +180,8 @@ pub struct MaterialDescription {
     pub emission_map: Option<ImageTexture>,
     /// Both sides emit.
     pub emission_two_sided: bool,
+    /// Which light group surfaces that emit are in.
+    pub light_group: Option<String>,
     /// Turns normals.
     pub relief: Option<ReliefTexture>,
 }
@@ -218,6 +222,7 @@ impl Default for MaterialDescription {
             emission: Rgb::ZERO,
             emission_map: None,
             emission_two_sided: false,
+            light_group: None,
             relief: None,
         }
     }

@@ -79,6 +79,7 @@ impl<'a> Surfaces<'a> {
                 corners: place.map_or_else(|| mesh.corners(triangle), |place| place.facet(mesh, triangle)),
                 radiance: material.brightest_emission() * constant.unwrap_or(1.0),
                 two_sided: material.emission_two_sided(),
+                group: material.light_group(),
                 pattern: constant.is_none().then(&mut varying),
                 slack: place.map_or(0.0, |place| place.slack_of(mesh, triangle)),
             }
@@ -118,6 +119,7 @@ mod tests {
             corners: [Vec3::ZERO, Vec3::X, Vec3::Y],
             radiance: Rgb::ONE,
             two_sided: false,
+            group: 0,
             pattern: None,
             slack: 0.0,
         };

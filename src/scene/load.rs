@@ -5,6 +5,7 @@ use super::build::Build;
 use super::description::{MaterialDescription, SceneDescription};
 use super::emitters::{Lighting, Surfaces, lights, sky};
 use super::hash;
+use super::light_groups::LightGroups;
 use super::material::Material;
 use super::{Camera, FoundCamera, Scene, SceneNames, view};
 use crate::bsdf::BsdfTables;
@@ -85,13 +86,17 @@ impl Scene {
         let LoadedAssets { meshes, hashes, materials, described, mut warnings, description, origin, .. } = assets;
         let description = &description;
         let mut tables = BsdfTables::default();
-        let resolved =
-            materials.iter().map(|m| Material::new(m, &mut cache, &mut tables)).collect::<Result<Vec<_>>>()?;
-        let resolved = Arc::new(resolved);
+        let light_groups = LightGroups::of(description, materials.iter());
+        let resolved = |m: &MaterialDescription| {
+            let material = Material::new(m, &mut cache, &mut tables)?;
+            Ok(material.in_light_group(light_groups.number(m.light_group.as_ref())))
+        };
+        let resolved = Arc::new(materials.iter().map(resolved).collect::<Result<Vec<_>>>()?);
         warnings.append(&mut cache.take_notes());
         let mut found = Findings::default();
         let far = description.lights.iter().map(|light| light.load(&mut found)).collect::<Result<Vec<_>>>()?;
         warnings.append(&mut found.warnings);
+        let groups = light_groups.of_lights(description, &far)?;
         let content_hash = content_hash(description, &hashes, &materials, &mut cache, &found.pictures)?;
         let textures = Arc::new(cache.into_textures());
         watch(LoadStage::Building);
@@ -103,6 +108,7 @@ impl Scene {
         let bounds = geometry.bounds().ok_or_else(|| Error::Scene("the scene has no extent".into()))?;
         let surfaces = Surfaces { meshes: &meshes, instances: &instances, materials: &resolved, textures: &textures };
         let Lighting { lights, unit, sky_added } = lights(far.clone(), &surfaces, bounds)?;
+        let lights = lights.with_groups(&groups);
         if sky_added {
             warnings.push(format!("nothing emits light in this scene: {SKY_IS_ADDED}"));
         }
@@ -123,6 +129,7 @@ impl Scene {
             textures,
             lights,
             light_unit: unit,
+            light_groups,
             names,
             bounds,
             origin,

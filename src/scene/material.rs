@@ -34,6 +34,8 @@ pub(crate) struct Material {
     /// Whether that is anything.
     emits: bool,
     emission_two_sided: bool,
+    /// Number of its light group.
+    light_group: u32,
 }
 
 /// The share of light that is stopped, textures loaded.
@@ -91,7 +93,17 @@ impl Material {
             emission_peak,
             emits: description.emission * emission_peak != Rgb::ZERO,
             emission_two_sided: description.emission_two_sided,
+            light_group: 0,
         })
+    }
+
+    /// The same, its light being in that group.
+    pub(crate) fn in_light_group(self, light_group: u32) -> Material {
+        Material { light_group, ..self }
+    }
+
+    pub(crate) fn light_group(&self) -> u32 {
+        self.light_group
     }
 
     /// The BSDF, where nothing has to be looked up or computed for it.

@@ -8,6 +8,7 @@ mod emitters;
 mod hash;
 mod instances;
 mod inventory;
+mod light_groups;
 mod load;
 pub(crate) mod material;
 pub(crate) mod model;
@@ -31,6 +32,7 @@ use crate::math::Rgb;
 use crate::texture::{Relief, Tangents, Texture};
 use glam::{DVec3, Vec3};
 use instances::{Instances, NO_INSTANCE};
+use light_groups::LightGroups;
 use material::Material;
 pub(crate) use names::SceneNames;
 use std::sync::Arc;
@@ -51,6 +53,7 @@ pub struct Scene {
     lights: Lights,
     /// What all emission here is a multiple of.
     light_unit: LightUnit,
+    light_groups: LightGroups,
     names: SceneNames,
     bounds: (Vec3, Vec3),
     /// What all coordinates here are counted from.
@@ -90,6 +93,10 @@ impl Scene {
     /// Number of the object that a hit is on, among [`SceneNames::objects`].
     pub(crate) fn object(&self, hit: &Hit) -> u32 {
         self.names.object(hit)
+    }
+
+    pub(crate) fn light_groups(&self) -> &LightGroups {
+        &self.light_groups
     }
 
     pub(crate) fn names(&self) -> &SceneNames {

@@ -1,6 +1,6 @@
 //! Layers of light add up to the picture, and hold what they say.
 
-use crate::common::{Loaded, own};
+use crate::common::{Loaded, describe, load, own, written};
 use phototaxis::film::RadianceLayer;
 use phototaxis::math::Rgb;
 use phototaxis::render::{Rendering, render};
@@ -53,4 +53,48 @@ fn shorter_paths_alone_give_the_layers_of_shorter_paths() {
         let both = emission.iter().zip(direct).map(|(a, b)| *a + *b);
         assert!(difference(both, &two.estimate.mean) < 1e-5, "{next_event}");
     }
+}
+
+/// A floor under two lamps and a sky, each in a group of its own but the second lamp, which is in none.
+fn grouped(key: &str, fill: &str, sky: &str, more: &[&str]) -> Rendering {
+    let scene = format!(
+        "[camera]\norigin = [0, 3, 6]\ntarget = [0, 0, 0]\n[film]\nwidth = 24\nheight = 16\n[[mesh]]\npath = 'm.obj'\n\
+         [material.key]\ntype = 'diffuse'\nlight_group = 'key'\nemission = {key}\n\
+         [[light]]\ntype = 'point'\nposition = [1, 2, 1]\nintensity = {fill}\n\
+         [[light]]\ntype = 'constant'\nlight_group = 'sky'\nradiance = {sky}\n"
+    );
+    let obj = "v -3 0 -3\nv -3 0 3\nv 3 0 3\nv 3 0 -3\nv -1 2 0\nv -1 2 1\nv -2 2 1\nv -2 2 0\nf 1 2 3 4\nusemtl key\nf 8 7 6 5\n";
+    let folder = written(&[("scene.toml", &scene), ("m.obj", obj)]);
+    let Loaded { scene, settings } = load(&folder.path().join("scene.toml"), &[&["render.spp=64"][..], more].concat());
+    render(&scene, &settings, &mut |_| true)
+}
+
+/// Groups are numbered by their names, after the lights that are in none.
+#[test]
+fn light_groups_are_what_their_lights_alone_would_give() {
+    for method in ["guiding.method=none", "guiding.method=adaptive"] {
+        let all = grouped("9", "5", "[0, 0.2, 0.5]", &[method, "render.layers=['light_groups']"]);
+        assert_eq!(all.estimate.mean, grouped("9", "5", "[0, 0.2, 0.5]", &[method]).estimate.mean);
+        let groups: Vec<&[Rgb]> = (0..3).map(|k| layer(&all, RadianceLayer::Group(k))).collect();
+        let sum = (0..groups[0].len()).map(|i| groups.iter().map(|group| group[i]).sum::<Rgb>());
+        assert!(difference(sum, &all.estimate.mean) < 1e-5, "{method}");
+        let alone = [grouped("0", "5", "0", &[]), grouped("9", "0", "0", &[]), grouped("0", "0", "[0, 0.2, 0.5]", &[])];
+        let mean = |picture: &[Rgb]| picture.iter().sum::<Rgb>() / picture.len() as f32;
+        for (k, alone) in alone.iter().enumerate() {
+            let (found, wanted) = (mean(groups[k]), mean(&alone.estimate.mean));
+            let off = (found - wanted).abs().max_element() / wanted.max_element();
+            // 25 000 paths, whose light varies by three times its mean at most: 0.02 is a standard error
+            assert!(off < 0.1, "{method}, group {k}: {found} is not {wanted}");
+        }
+        assert!((mean(groups[1]) - mean(groups[0])).abs().max_element() > 0.3 * mean(groups[0]).max_element());
+    }
+}
+
+#[test]
+fn surroundings_are_in_one_group() {
+    let scene = "[camera]\norigin = [0, 0, 3]\n[[mesh]]\npath = 'm.obj'\n\
+        [[light]]\ntype = 'constant'\nradiance = 1\nlight_group = 'a'\n[[light]]\ntype = 'sun'\ndirection = [0, -1, 0]\n";
+    let folder = written(&[("scene.toml", scene), ("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")]);
+    let error = describe(&folder.path().join("scene.toml"), &[]).load_scene(1).map(drop).unwrap_err().to_string();
+    assert!(error.contains("must be in one group, not in `default` and `a`"), "{error}");
 }

@@ -118,7 +118,16 @@ pub(in crate::format) fn common(
     }
     let emission = key("emission", "radiance that leaves the side from which the face winds counter-clockwise");
     textures::emission(t, emission.unit("W/(sr·m²)"), base, m)?;
-    t.flag(key("emission_two_sided", "the other side emits too"), &mut m.emission_two_sided)
+    t.flag(key("emission_two_sided", "the other side emits too"), &mut m.emission_two_sided)?;
+    light_group(t, &mut m.light_group)
+}
+
+/// `light_group`, of materials and lights.
+pub(super) fn light_group(t: &mut Reader, slot: &mut Option<String>) -> Result<(), Fault> {
+    let meaning = "the group that its light is in, which `render.layers` may keep apart; without one, `default`";
+    let named = t.string(key("light_group", meaning).optional())?;
+    *slot = named.or(slot.take());
+    Ok(())
 }
 
 /// A key of another type is known, so it deserves a better word than "unknown".

@@ -1,11 +1,12 @@
 //! `[[mesh]]`, `[[instance]]` and `[[light]]`: what stands in the world, and where.
 
 use super::fields::KeyReader;
+use super::materials::light_group;
 use crate::document::suggest::unknown;
 use crate::document::{At, Bounds, COORDINATE, FINITE, Fault, Key, Node, Reader, Value, key};
 use crate::fields::Fields;
 use crate::light::{LightDescription, LightType};
-use crate::scene::description::{InstanceDescription, MeshDescription};
+use crate::scene::description::{InstanceDescription, MeshDescription, SceneDescription};
 use crate::scene::model::MeshSource;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use std::collections::BTreeSet;
@@ -145,14 +146,21 @@ fn check_regular(t: &Reader, transform: &DAffine3) -> Result<(), Fault> {
     Err(Fault::new(at, "this transform flattens what it moves: its determinant is 0"))
 }
 
-pub(in crate::format) fn light(t: &mut Reader, base: &Path) -> Result<LightDescription, Fault> {
-    let kind = light_type(t)?.ok_or_else(|| t.missing("type"))?;
-    kind.read(t, base)
+/// Reads a light, and its group, into the scene.
+pub(in crate::format) fn light(t: &mut Reader, base: &Path, scene: &mut SceneDescription) -> Result<(), Fault> {
+    let (kind, group) = light_type(t)?;
+    let kind = kind.ok_or_else(|| t.missing("type"))?;
+    scene.lights.push(kind.read(t, base)?);
+    scene.light_groups.push(group);
+    Ok(())
 }
 
-pub(in crate::format) fn light_type(t: &mut Reader) -> Result<Option<LightType>, Fault> {
+/// The keys of every light.
+pub(in crate::format) fn light_type(t: &mut Reader) -> Result<(Option<LightType>, Option<String>), Fault> {
     let key = Key { default: Some("required"), ..key("type", "what kind of light it is: one of the types below") };
-    t.chosen(key, LightType::NAMES)
+    let (kind, mut group) = (t.chosen(key, LightType::NAMES)?, None);
+    light_group(t, &mut group)?;
+    Ok((kind, group))
 }
 
 impl LightType {

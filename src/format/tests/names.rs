@@ -78,6 +78,7 @@ fn one_colour_changes_and_the_rest_stays() {
         let lamp = MaterialDescription {
             emission: before["Lamp"].emission,
             emission_two_sided: false,
+            light_group: None,
             ..after["Lamp"].clone()
         };
         assert_eq!(lamp, before["Lamp"]);

@@ -3,7 +3,7 @@
 
 use super::packet::Packet;
 use super::{PathIntegrator, Probe, Stage, Wave, Wavefront};
-use crate::film::LightPath;
+use crate::film::{LightPath, RadianceLayer};
 use crate::geometry::{RayRows, SurfaceInteraction};
 use crate::integrator::batch::NextEventLanes;
 use crate::light::LightSampleContext;
@@ -42,7 +42,10 @@ impl<P: Probe> Wavefront<'_, '_, P> {
         let packing = Packing::new(asks.bits(), b.shadow_rays.len());
         b.shadow_rays.pack(&packing, &RayRows { org: org.rows(), dir: dir.rows(), tfar: &tfar });
         let (slot, vertex) = (b.wave.paths.packet(packet.ray(0)).slot, packet.rays());
-        b.next_events.pack(&packing, &NextEventLanes { slot, contribution: brought, local, vertex }, self.learn);
+        let groups = self.integrator.layers.iter().any(|layer| matches!(layer, RadianceLayer::Group(_)));
+        let group = if groups { lights.groups(self.integrator.scene.lights()) } else { [0; LANES] };
+        let events = NextEventLanes { slot, contribution: brought, local, vertex, group };
+        b.next_events.pack(&packing, &events, [self.learn, groups]);
     }
 
     fn draw_lights(&self, packet: &mut Packet) {
@@ -64,7 +67,7 @@ impl<P: Probe> Wavefront<'_, '_, P> {
         for first in (0..b.shadow_rays.len()).step_by(LANES) {
             let events = &b.next_events.packets[first / LANES];
             for k in each(b.shadow_rays.open(first)) {
-                let path = LightPath { segments: depth as u32 + 1 };
+                let path = LightPath { segments: depth as u32 + 1, group: events.group[k] };
                 b.radiance.add(events.slot[k] as usize, path, events.contribution.get(k));
                 if self.learn {
                     b.vertices[depth - 1].local[events.vertex[k] as usize] += events.local.get(k);

@@ -88,7 +88,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let mut le = Rgb::ZERO;
         if rays.hit(i).is_none() {
             le = self.weigh_environment(i);
-            let path = LightPath { segments: depth };
+            let path = LightPath { segments: depth, group: self.integrator.scene.lights().group_of_surroundings() };
             self.batch.radiance.add(paths.slot(i) as usize, path, paths.throughput(i) * le);
         }
         self.keep_local(i, depth, le);
@@ -100,7 +100,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let PathIntegrator { scene, settings, features, .. } = *self.integrator;
         let material = scene.material(packet.surfaces.material(k));
         if material.emits() {
-            self.take_emission(packet.ray(k), depth, &packet.surfaces.get(k));
+            let path = LightPath { segments: depth, group: material.light_group() };
+            self.take_emission(packet.ray(k), path, &packet.surfaces.get(k));
         }
         if depth == 1 && features {
             self.keep_features(packet, k);
@@ -130,12 +131,11 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
 
     /// What `si` sends along ray `i`, which met it; it is added to the pixel.
     #[inline(never)]
-    fn take_emission(&mut self, i: usize, depth: u32, si: &SurfaceInteraction) {
+    fn take_emission(&mut self, i: usize, path: LightPath, si: &SurfaceInteraction) {
         let (le, paths) = (self.weigh_emission(i, si), &self.batch.wave.paths);
         if le != Rgb::ZERO {
-            let path = LightPath { segments: depth };
             self.batch.radiance.add(paths.slot(i) as usize, path, paths.throughput(i) * le);
-            self.keep_local(i, depth, le);
+            self.keep_local(i, path.segments, le);
         }
     }
 

@@ -10,7 +10,16 @@ use std::f64::consts::PI;
 const GREY: Rgb = Rgb::splat(2.0);
 
 fn triangle(triangle: u32, corners: [Vec3; 3]) -> EmissiveTriangle {
-    EmissiveTriangle { mesh: 0, triangle, corners, radiance: GREY, two_sided: false, pattern: None, slack: 0.0 }
+    EmissiveTriangle {
+        mesh: 0,
+        triangle,
+        corners,
+        radiance: GREY,
+        two_sided: false,
+        group: 0,
+        pattern: None,
+        slack: 0.0,
+    }
 }
 
 fn quad(c: [Vec3; 4]) -> Vec<EmissiveTriangle> {

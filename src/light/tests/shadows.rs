@@ -47,7 +47,16 @@ fn shadowed(size: f32, far: f32, reach: f32, placed: bool) -> [u32; 2] {
         let placement = Placement::new(place.unwrap_or(Affine3A::IDENTITY));
         let (corners, slack) = (placement.facet(&mesh, 0), placement.slack_of(&mesh, 0));
         let (radiance, slack) = (Rgb::ONE, if placed { slack } else { 0.0 });
-        let lamp = EmissiveTriangle { mesh: 0, triangle: 0, corners, radiance, two_sided: true, pattern: None, slack };
+        let lamp = EmissiveTriangle {
+            mesh: 0,
+            triangle: 0,
+            corners,
+            radiance,
+            two_sided: true,
+            group: 0,
+            pattern: None,
+            slack,
+        };
         let (lights, scene) = (Lights::build(&[lamp], vec![], size).unwrap(), scene(mesh, place));
         for _ in 0..100 {
             let away = warp::square_to_uniform_sphere(rng.f32x2()) * size * 10f32.powf(reach.log10() * rng.f32());
@@ -95,6 +104,7 @@ fn what_stands_just_before_a_lamp_throws_a_shadow() {
             corners: lamp,
             radiance,
             two_sided: true,
+            group: 0,
             pattern: None,
             slack: 0.0,
         };

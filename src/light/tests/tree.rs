@@ -33,6 +33,7 @@ pub(super) fn random_triangles(rng: &mut Rng, count: u32) -> Vec<EmissiveTriangl
             corners: [0; 3].map(|_| place + point(rng, size)),
             radiance: Rgb::splat(10f32.powf(4.0 * rng.f32() - 2.0)),
             two_sided: triangle % 5 == 1,
+            group: 0,
             pattern: triangle.is_multiple_of(11).then(|| Arc::new(Spot) as Arc<dyn EmitterPattern>),
             slack: 0.0,
         };
@@ -233,7 +234,16 @@ fn near_lights_are_drawn_more_often_than_far_ones() {
     let lamp = |triangle: u32| {
         let place = Vec3::new((triangle % 50) as f32 - 25.0, (triangle / 50) as f32 - 25.0, 1.0);
         let corners = [place, place + Vec3::Y * 0.05, place + Vec3::X * 0.05];
-        EmissiveTriangle { mesh: 0, triangle, corners, radiance: Rgb::ONE, two_sided: false, pattern: None, slack: 0.0 }
+        EmissiveTriangle {
+            mesh: 0,
+            triangle,
+            corners,
+            radiance: Rgb::ONE,
+            two_sided: false,
+            group: 0,
+            pattern: None,
+            slack: 0.0,
+        }
     };
     let lights = Lights::build(&(0..2500).map(lamp).collect::<Vec<_>>(), vec![], 40.0).unwrap();
     let (ctx, mut rng) = (LightSampleContext { p: Vec3::new(3.2, 0.4, 0.0), n: Vec3::Z }, Rng::new(50));
@@ -258,6 +268,7 @@ fn halves_of_a_rectangle_are_chosen_by_their_area() {
         corners,
         radiance: Rgb::ONE,
         two_sided: false,
+        group: 0,
         pattern: None,
         slack: 0.0,
     };
@@ -361,6 +372,7 @@ fn a_great_many_lights_take_bounded_memory() {
                 corners,
                 radiance: Rgb::ONE,
                 two_sided: false,
+                group: 0,
                 pattern: None,
                 slack: 0.0,
             }

@@ -19,8 +19,9 @@ pub(super) struct CanonicalFields<'a> {
 
 impl CanonicalFields<'_> {
     pub(crate) fn material(&mut self, material: &MaterialDescription) -> Result<()> {
-        let MaterialDescription { bsdf, two_sided, opacity, emission, emission_map, emission_two_sided, relief } =
-            material;
+        let MaterialDescription {
+            bsdf, two_sided, opacity, emission, emission_map, emission_two_sided, relief, ..
+        } = material;
         self.canon.u32(bsdf.number());
         bsdf.clone().fields(self)?;
         self.canon.flag(*two_sided);

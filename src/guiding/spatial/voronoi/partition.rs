@@ -59,6 +59,10 @@ impl SpatialPartition for SurfaceVoronoi {
         self.cells.as_ref().is_some_and(|cells| key.0 < cells.len() as u64)
     }
 
+    fn dense(&self) -> Option<usize> {
+        self.cells.as_ref().map(|cells| cells.len())
+    }
+
     fn bytes(&self) -> usize {
         let cells = self.cells.as_ref().map_or(0, |cells| cells.bytes());
         cells + self.placing.as_ref().map_or(0, SitePlacement::bytes)

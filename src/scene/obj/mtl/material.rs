@@ -43,6 +43,7 @@ impl Record {
             emission: self.emission_factor(),
             emission_map: self.emission_map.clone(),
             emission_two_sided: false,
+            light_group: None,
             relief: self.normal_map.as_ref().or(self.bump_map.as_ref()).cloned(),
         }
     }
