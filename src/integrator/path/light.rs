@@ -139,3 +139,7 @@ fn power_heuristic(pdf: f32, other: f32) -> f32 {
     let ratio = other / pdf;
     1.0 / (1.0 + ratio * ratio)
 }
+
+#[cfg(test)]
+#[path = "light_tests.rs"]
+mod tests;

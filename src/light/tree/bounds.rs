@@ -41,17 +41,6 @@ impl LightBounds {
             ..*self
         }
     }
-
-    fn centroid(&self) -> Vec3 {
-        // halves first: the sum may be too large
-        0.5 * self.lo + 0.5 * self.hi
-    }
-
-    /// Of the centroid, along one axis.
-    #[inline]
-    pub fn place(&self, axis: usize) -> f32 {
-        self.centroid()[axis]
-    }
 }
 
 /// Sums over a set of lights: what a split is judged by.
@@ -110,9 +99,9 @@ impl Summary {
     /// length (1 + cosθ)/2.
     fn solid_angle(&self) -> f64 {
         let cos = (2.0 * self.axes.length() / self.intensity - 1.0).clamp(-1.0, 1.0);
-        let (theta, sin) = (cos.acos(), (1.0 - cos * cos).sqrt());
-        let edge = (theta + FRAC_PI_2).min(PI);
-        let beyond = 2.0 * edge * sin - (theta - 2.0 * edge).cos() - 2.0 * theta * sin + cos;
+        let sin = (1.0 - cos * cos).sqrt();
+        // the paper's θₑ is a right angle, so that its cosines and most of its angles cancel
+        let beyond = if cos > 0.0 { PI * sin + 2.0 * cos } else { 2.0 * (PI - cos.acos()) * sin };
         2.0 * PI * (1.0 - cos) + FRAC_PI_2 * beyond
     }
 }

@@ -88,7 +88,7 @@ fn part<'a>(lights: &[LightBounds], set: &'a mut [u32], reference: Vec3) -> Part
 fn cut(lights: &[LightBounds], set: &mut [u32], reference: Vec3) -> usize {
     let (mut lo, mut hi) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for &k in &*set {
-        let centre = Vec3::from_array([0, 1, 2].map(|axis| lights[k as usize].place(axis)));
+        let centre = lights[k as usize].centre;
         (lo, hi) = (lo.min(centre), hi.max(centre));
     }
     let longest = (hi - lo).max_element();
@@ -118,7 +118,7 @@ struct Bins {
 
 impl Bins {
     fn of(&self, light: &LightBounds) -> usize {
-        (((light.place(self.axis) - self.lo) * self.scale) as usize).min(BINS - 1)
+        (((light.centre[self.axis] - self.lo) * self.scale) as usize).min(BINS - 1)
     }
 
     /// After which bin the set is best cut, and what that costs; `None` where it cannot be cut across this axis.

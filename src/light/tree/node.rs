@@ -13,6 +13,8 @@ pub(super) struct Node {
     axis: Vec3Lanes,
     cos_spread: Lanes,
     sin_spread: Lanes,
+    /// At most this counts as 1/d²: distances within the sphere are as its radius.
+    inverse_square: Lanes,
     /// A share of that of the brightest child, so that no brightness is beyond an `f32`.
     intensity: Lanes,
     two_sided: [u32; LANES],
@@ -27,6 +29,7 @@ pub(super) struct Child {
     axis: Vec3,
     cos_spread: f32,
     sin_spread: f32,
+    inverse_square: f32,
     intensity: f32,
     two_sided: bool,
 }
@@ -54,6 +57,7 @@ impl Node {
         axis: Vec3Lanes::ZERO,
         cos_spread: [0.0; LANES],
         sin_spread: [0.0; LANES],
+        inverse_square: [0.0; LANES],
         intensity: [0.0; LANES],
         two_sided: [0; LANES],
         links: [LIGHT; LANES],
@@ -66,6 +70,7 @@ impl Node {
         self.radius[k] = child.radius;
         self.axis.set(k, child.axis);
         (self.cos_spread[k], self.sin_spread[k]) = (cos, (1.0 - cos * cos).max(0.0).sqrt());
+        self.inverse_square[k] = 1.0 / (child.radius * child.radius).max(LEAST_SQUARE);
         // what has light keeps some
         self.intensity[k] = ((child.intensity / unit) as f32).max(f32::MIN_POSITIVE);
         self.two_sided[k] = child.two_sided.into();
@@ -108,6 +113,7 @@ impl Node {
             axis: self.axis.get(k),
             cos_spread: self.cos_spread[k],
             sin_spread: self.sin_spread[k],
+            inverse_square: self.inverse_square[k],
             intensity: self.intensity[k],
             two_sided: self.two_sided[k] != 0,
         }
@@ -125,9 +131,9 @@ impl Node {
 }
 
 impl Child {
-    /// An estimate of the irradiance at the point `p` from the lights of this child: 0 only where none of them sends light
-    /// to the side of `n`, or, unless `oriented`, to `p` at all (Conty Estevez & Kulla 2018, section 4.3). Without jumps,
-    /// so that loops over children or points run in vectors.
+    /// An estimate of the irradiance at the point `p` from the lights of this child (as Conty Estevez & Kulla 2018, section
+    /// 4.3, with simpler bounds): 0 only where none of them sends light to the side of `n`, or, unless `oriented`, to `p` at
+    /// all. Without jumps, so that loops over children or points run in vectors.
     #[inline(always)]
     pub fn importance(&self, p: Vec3, n: Vec3, oriented: bool) -> f32 {
         let to = self.centre - p;
@@ -135,26 +141,29 @@ impl Child {
         let square = pick(square > LEAST_SQUARE, square, LEAST_SQUARE);
         let inverse = 1.0 / square.sqrt();
         let wi = to * inverse;
-        // the angle under which the sphere is seen; all around from within
-        let sin_size = self.radius * inverse + ANGLE_ERROR;
-        let within = sin_size >= 1.0;
-        let sin_size = pick(within, 0.0, sin_size);
-        let cos_size = pick(within, -1.0, (1.0 - sin_size * sin_size).sqrt());
-        // the least angle between a light's axis and a direction to `p`
+        // sine of the angle under which the sphere is seen; 1 from within
+        let size = self.radius * inverse + ANGLE_ERROR;
+        let size = pick(size < 1.0, size, 1.0);
+        let rest = 1.0 - size * size;
+        // the least angle between the lights' axes and the direction from the sphere's centre to `p`
         let cos = -self.axis.dot(wi);
         let cos = pick(self.two_sided, cos.abs(), cos);
-        let sin = sine(cos);
-        let outside = cos < self.cos_spread;
-        let cos_off = pick(outside, cos * self.cos_spread + sin * self.sin_spread, 1.0);
-        let sin_off = pick(outside, sin * self.cos_spread - cos * self.sin_spread, 0.0);
-        let emitted = less(cos_off, sin_off, cos_size, sin_size);
-        // the least angle between the normal and a direction to a light
-        let cos = wi.dot(n);
-        let received = pick(oriented, less(cos, sine(cos), cos_size, sin_size), 1.0);
-        let nearest = self.radius * self.radius;
+        let off = pick(cos < self.cos_spread, cos * self.cos_spread + sine(cos) * self.sin_spread, 1.0);
+        let (emitted, received) = (widened(off, size, rest), widened(wi.dot(n), size, rest));
+        let received = pick(oriented, received, 1.0);
         let lit = (emitted > 0.0) & (received > 0.0);
-        pick(lit, self.intensity * emitted * received / pick(square > nearest, square, nearest), 0.0)
+        let square = inverse * inverse;
+        let square = pick(square < self.inverse_square, square, self.inverse_square);
+        pick(lit, self.intensity * (emitted * received) * square, 0.0)
     }
+}
+
+/// Stands for the cosine of an angle less another, of which the sine is `size`, and `rest` the square of the cosine: positive
+/// wherever that is. cos(α − β) = cosα·cosβ + sinα·sinβ, where sinα ≤ 1, and cosβ ≥ cos²β lies between `rest` and 1.
+#[inline(always)]
+fn widened(cos: f32, size: f32, rest: f32) -> f32 {
+    let cos = cos * rest + size;
+    pick(cos < 1.0, cos, 1.0)
 }
 
 #[inline(always)]
