@@ -29,6 +29,9 @@ pub(super) struct RenderState {
     pub bounced: Vec<[f32; 2]>,
     /// Of all random numbers; with what the guide was given, as nothing drawn from it may know of it.
     pub seed: u64,
+    /// Sample with which the sequence begins that is under way: samples that are drawn alike are spread evenly together, and
+    /// independently of all others.
+    pub sequence: u32,
     /// Light that is kept apart.
     pub layers: Vec<RadianceLayer>,
     /// Columns and pixels of the picture.
@@ -89,6 +92,7 @@ impl RenderState {
             roulette: None,
             bounced: Vec::new(),
             seed: settings.render.seed ^ salt,
+            sequence: 0,
             width,
             pixels,
             paths: 0,
@@ -174,7 +178,10 @@ impl RenderState {
     /// Plans the next iteration, and ends the one before in the film, unless the next continues it.
     pub fn plan_next(&mut self) {
         let history = History { samples: self.samples(), planned: Some(self.plan.samples) };
-        self.plan = self.policy.next_iteration(&history);
+        let before = std::mem::replace(&mut self.plan, self.policy.next_iteration(&history));
+        if !(self.plan.continues || self.plan.is_drawn_as(&before)) {
+            self.sequence = self.samples();
+        }
         if !self.plan.continues {
             self.film.end_iteration();
         }

@@ -6,6 +6,7 @@ use super::{Probe, Stage, Wave, Wavefront};
 use crate::film::LightPath;
 use crate::geometry::{RayRows, SurfaceInteraction};
 use crate::integrator::batch::NextEventLanes;
+use crate::integrator::sampler::LightNumbers;
 use crate::math::Rgb;
 use crate::simd::{LANES, Packing, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
@@ -13,11 +14,11 @@ use glam::Vec3;
 impl<P: Probe> Wavefront<'_, '_, P> {
     /// Draws a light for each vertex of a packet that can be lit, and lays shadow rays towards those from which
     /// something would come.
-    pub(super) fn ask_lights(&mut self, packet: &mut Packet) {
+    pub(super) fn ask_lights(&mut self, packet: &mut Packet, depth: u32) {
         if !self.integrator.settings.next_event {
             return;
         }
-        self.draw_lights(packet);
+        self.draw_lights(packet, depth);
         let (mut f, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
         packet.eval_pdf(&mut f, &mut pdf);
         let mut weight = [1.0; LANES];
@@ -45,12 +46,12 @@ impl<P: Probe> Wavefront<'_, '_, P> {
         b.next_events.pack(&packing, &NextEventLanes { slot, contribution: brought, local, vertex }, self.learn);
     }
 
-    fn draw_lights(&self, packet: &mut Packet) {
+    fn draw_lights(&self, packet: &mut Packet, depth: u32) {
         let lights = self.integrator.scene.lights();
         let lit = packet.smooth();
-        let (u_choice, mut u) = packet.rng.f64_f32x2(lit);
+        let LightNumbers { choice, point: mut u } = self.sampler.light(&packet.keys, depth);
         let Packet { surfaces, lights: drawn, .. } = packet;
-        drawn.choose(lit, lights, surfaces.places(), &u_choice, &mut u);
+        drawn.choose(lit, lights, surfaces.places(), &choice, &mut u);
         drawn.resolve(surfaces.places(), &u);
     }
 

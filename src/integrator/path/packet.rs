@@ -6,8 +6,9 @@ use crate::geometry::Surfaces;
 use crate::guiding::{GuideLanes, GuidingDistribution, Node};
 use crate::integrator::mixture::{Densities, GuidedLobes, Mixture};
 use crate::integrator::roulette::Moments;
+use crate::integrator::sampler::PathKeys;
 use crate::light::LightSamples;
-use crate::math::{Rgb, rng::RngLanes};
+use crate::math::Rgb;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
@@ -36,7 +37,8 @@ pub(super) struct Packet<'a> {
     mean: Lanes,
     rays_behind: Lanes,
     pub(crate) lights: LightSamples,
-    pub(crate) rng: RngLanes,
+    /// The paths' random numbers.
+    pub(crate) keys: PathKeys<LANES>,
 }
 
 impl<'a> Packet<'a> {
@@ -57,14 +59,14 @@ impl<'a> Packet<'a> {
             mean: [0.0; LANES],
             rays_behind: [1.0; LANES],
             lights: LightSamples::new(),
-            rng: RngLanes::ZERO,
+            keys: PathKeys::NONE,
         }
     }
 
     /// Begins with the rays from place `first` in their wave on.
     #[inline(always)]
-    pub(crate) fn begin(&mut self, first: usize, rng: RngLanes) {
-        (self.first, self.rng) = (first, rng);
+    pub(crate) fn begin(&mut self, first: usize, keys: PathKeys<LANES>) {
+        (self.first, self.keys) = (first, keys);
         (self.led, self.has_moments, self.bsdf_fraction) = (Mask::NONE, Mask::NONE, [1.0; LANES]);
         self.bsdfs.clear();
         self.trees.clear();
