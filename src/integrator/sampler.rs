@@ -9,9 +9,10 @@ use crate::math::rng::{mix, unit_f32, unit_f64};
 use crate::math::sobol::{self, Seeds};
 use crate::simd::{LANES, Packing};
 
-/// Vertices from the camera whose numbers [`SamplerKind::Sobol`] spreads evenly. Later ones depend on so many numbers before
-/// them that nothing is gained.
-const STRATIFIED_VERTICES: u32 = 4;
+/// Vertices from the camera whose numbers [`SamplerKind::Sobol`] spreads evenly. The light of later ones depends on so many
+/// numbers before theirs that nothing is gained: in a Cornell box, of whose noise two vertices are worth a factor of 1.91 and
+/// four 1.93, eight are worth 1.98.
+const STRATIFIED_VERTICES: u32 = 8;
 
 /// What tells apart the uses of the same hash.
 const INDEPENDENT: u32 = 0x243f_6a88;

@@ -9,7 +9,7 @@ use crate::film::tile::Tile;
 use crate::film::{Combine, RadianceLayer};
 use crate::guiding::Guide;
 use crate::guiding::settings::Updates;
-use crate::integrator::{Counters, Roulette, RouletteNormalisation};
+use crate::integrator::{Counters, Roulette, RouletteNormalisation, SamplerKind};
 use crate::scene::Scene;
 
 /// All that a render takes from one iteration to the next: with the scene, the settings and this it goes on, in another
@@ -84,7 +84,8 @@ impl RenderState {
         let policy = Policy::asked_for(settings.guiding.method, wanted, first, settings.render.time.is_some(), pixels);
         let layers = settings.render.radiance_layers();
         RenderState {
-            film: Film::new(width, height, combine(settings, &policy), &layers),
+            film: Film::new(width, height, combine(settings, &policy), &layers)
+                .of_even_samples(settings.render.sampler != SamplerKind::Independent),
             layers,
             guide,
             plan: policy.next_iteration(&History { samples: 0, planned: None }),
@@ -153,7 +154,7 @@ impl RenderState {
     /// What the noise of a finished iteration says of roulette and of the guide.
     pub fn weigh(&mut self, Record { report, passes }: &Record, settings: &Settings) {
         self.learnt_samples += if self.is_guided() { report.samples } else { 0 };
-        let noise = Noise::of(&self.film);
+        let noise = if self.plan.mode == Mode::Pilot { Noise::of_samples } else { Noise::of }(&self.film);
         if settings.integrator.roulette == Roulette::Guided
             && let Some(noise) = &noise
         {
