@@ -34,7 +34,7 @@ impl Default for RenderSettings {
             spp: 64,
             time: None,
             seed: 0,
-            sampler: SamplerKind::Independent,
+            sampler: SamplerKind::Sobol,
             combine: Combine::InverseVariance,
             order: Order::Progressive,
             layers: Vec::new(),
