@@ -3,6 +3,7 @@
 use crate::embree::{ISA_VARIABLE, Isa};
 use crate::format::reference;
 use crate::format::reference::METHODS;
+use crate::integrator::SamplerKind;
 use anyhow::Result;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -43,6 +44,8 @@ pub(crate) struct Choices {
     guide: Option<String>,
     #[arg(long, value_name = "N", help = reference::help("render.seed"))]
     seed: Option<u64>,
+    #[arg(long, value_name = "KIND", value_parser = samplers(), help = reference::help("render.sampler"))]
+    sampler: Option<String>,
     /// The camera of this name, of a scene file with several. [default: that of [camera], else the first]
     #[arg(long, value_name = "NAME")]
     pub(crate) camera: Option<String>,
@@ -62,6 +65,10 @@ fn methods() -> PossibleValuesParser {
     PossibleValuesParser::new(METHODS.map(|(name, help)| PossibleValue::new(name).help(help.replace('`', ""))))
 }
 
+fn samplers() -> PossibleValuesParser {
+    PossibleValuesParser::new(SamplerKind::NAMES.map(|(name, _)| name))
+}
+
 /// The axes, by name.
 fn up() -> impl TypedValueParser<Value = Vec3> {
     const NAMES: [&str; 6] = ["x", "y", "z", "-x", "-y", "-z"];
@@ -74,7 +81,8 @@ impl Choices {
     pub(crate) fn overrides(&self, first: impl IntoIterator<Item = String>) -> Vec<String> {
         let method = self.guide.as_ref().map(|name| format!("guiding.method={name}"));
         let up = self.up.map(|up| format!("camera.up={up}"));
-        let given = [self.seed.map(|n| format!("render.seed={n}")), method, up];
+        let sampler = self.sampler.as_ref().map(|name| format!("render.sampler={name}"));
+        let given = [self.seed.map(|n| format!("render.seed={n}")), sampler, method, up];
         first.into_iter().chain(given.into_iter().flatten()).chain(self.set.iter().cloned()).collect()
     }
 }

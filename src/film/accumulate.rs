@@ -3,6 +3,7 @@
 use super::features::FeatureSums;
 pub use super::features::PictureIds;
 use super::group::IterationGroup;
+use super::halves::Halves;
 use super::picture::Picture;
 use super::tile::{Aovs, Tile, TileSamples};
 use crate::film::{Combine, RadianceLayer};
@@ -27,6 +28,8 @@ pub(crate) struct Film {
     width: u32,
     height: u32,
     combine: Combine,
+    /// Whether samples are spread evenly, so that halves of them tell how their means vary.
+    halved: bool,
     /// Those of the groups and of the picture.
     layers: Vec<RadianceLayer>,
     group: IterationGroup,
@@ -81,6 +84,7 @@ impl Film {
             width,
             height,
             combine,
+            halved: false,
             layers: layers.to_vec(),
             group: IterationGroup::new(pixels, layers.len()),
             before: None,
@@ -90,9 +94,20 @@ impl Film {
         }
     }
 
+    /// The same film, for samples that are spread evenly if `even`.
+    pub(crate) fn of_even_samples(mut self, even: bool) -> Film {
+        self.halved = even;
+        self.group = self.empty_group();
+        self
+    }
+
     /// Adds what was sampled in a tile. Call `add_samples` once all pixels have theirs, or `add_samples_in` for the tile.
     pub(crate) fn add(&mut self, tile: &Tile, samples: &TileSamples) {
         self.features.add(tile, samples);
+        let (group, before) = (&mut self.group, self.before.as_ref().map_or(0, |before| before.samples));
+        let begin = group.first + before;
+        let numbers = samples.numbers.start.saturating_sub(begin)..samples.numbers.end.saturating_sub(begin);
+        group.halves.keep((tile, self.width), &group.sum, numbers, before);
         for y in 0..tile.height {
             let from = (y * tile.width) as usize..((y + 1) * tile.width) as usize;
             let to = ((tile.y + y) * self.width + tile.x) as usize;
@@ -142,13 +157,18 @@ impl Film {
     /// As [`Self::sample_variances`], of the newest iteration alone.
     pub(crate) fn newest_variances(&self) -> Option<Vec<f64>> {
         let Some(before) = &self.before else { return self.sample_variances() };
-        self.group.since(before).sample_variances()
+        self.group.since(before).sample_variances(self.width as usize)
     }
 
-    /// Variance of the luminance of one sample of the current group, pixel by pixel; `None` where there are fewer than
-    /// two.
+    /// Variance of the luminance of the current group's mean times its samples, pixel by pixel; `None` where there are fewer
+    /// than two. Where samples are independent it is the variance of one.
     pub(crate) fn sample_variances(&self) -> Option<Vec<f64>> {
-        self.group.sample_variances()
+        self.group.sample_variances(self.width as usize)
+    }
+
+    /// Variance of the luminance of one sample of the current group, however its samples are spread.
+    pub(crate) fn sample_spreads(&self) -> Option<Vec<f64>> {
+        self.group.sample_spreads()
     }
 
     /// Adds to the group before it a rest that is too small to be weighed by its own variance. Such a rest is left where
@@ -205,8 +225,11 @@ impl Film {
         self.group.sum.len()
     }
 
+    /// The group after the current one.
     fn empty_group(&self) -> IterationGroup {
-        IterationGroup::new(self.pixels(), self.layers.len())
+        let group = IterationGroup::new(self.pixels(), self.layers.len());
+        let halves = if self.halved { Halves::new(self.pixels()) } else { Halves::default() };
+        IterationGroup { first: self.group.first + self.group.samples, halves, ..group }
     }
 
     fn close_group(&mut self) {

@@ -1,6 +1,7 @@
 //! The samples of some iterations together, and how much they count among others.
 
 use super::blur::{blur, mean_without_largest};
+use super::halves::{Halves, wide_luminance};
 use super::surplus::Surplus;
 use crate::math::{Rgb, luminance};
 use glam::DVec3;
@@ -31,6 +32,9 @@ pub(super) struct IterationGroup {
     /// Per pixel, those that all have, and what some have beyond.
     pub(crate) samples: u32,
     pub(crate) surplus: Surplus,
+    /// Number of the first sample, counted over the whole render.
+    pub(crate) first: u32,
+    pub(crate) halves: Halves,
 }
 
 impl IterationGroup {
@@ -41,6 +45,8 @@ impl IterationGroup {
             sum_squares: vec![Rgb::ZERO; pixels],
             samples: 0,
             surplus: Surplus::default(),
+            first: 0,
+            halves: Halves::default(),
         }
     }
 
@@ -97,6 +103,8 @@ impl IterationGroup {
             layers: Vec::new(),
             samples: self.samples - before.samples,
             surplus: self.surplus.clone(),
+            first: self.first + before.samples,
+            halves: self.halves.since(&before.sum, before.samples),
         }
     }
 
@@ -114,10 +122,24 @@ impl IterationGroup {
         }
     }
 
-    /// Variance of the luminance of one sample, pixel by pixel; `None` where there are fewer than two.
-    pub(crate) fn sample_variances(&self) -> Option<Vec<f64>> {
+    /// Variance of the luminance of the mean times the number of samples, pixel by pixel; `None` where there are fewer than two.
+    /// Where samples are independent it is the variance of one.
+    pub(crate) fn sample_variances(&self, width: usize) -> Option<Vec<f64>> {
+        let of_one = |(i, v): (usize, f64)| v * self.count(i) as f64;
+        (self.samples >= 2).then(|| self.mean_variances(width, |_| true).into_iter().enumerate().map(of_one).collect())
+    }
+
+    /// Variance of the luminance of one sample, pixel by pixel; `None` where there are fewer than two. Samples that are spread
+    /// evenly have a mean that varies less than this says.
+    pub(crate) fn sample_spreads(&self) -> Option<Vec<f64>> {
         let variance = |i: usize| luminance(self.moments(i).1) as f64 * self.count(i) as f64;
         (self.samples >= 2).then(|| (0..self.sum.len()).into_par_iter().map(variance).collect())
+    }
+
+    /// Variances of the luminance of the means, by those pixels alone that count.
+    fn mean_variances(&self, width: usize, counts: impl Fn(usize) -> bool + Sync) -> Vec<f64> {
+        let spread = (0..self.sum.len()).into_par_iter().map(|i| luminance(self.moments(i).1) as f64).collect();
+        self.halves.variances(spread, |i| (self.sum[i], self.count(i)), counts, width)
     }
 
     /// Inverse of the mean relative variance (Müller 2019 weighs iterations so), for either colour of the
@@ -136,7 +158,8 @@ impl IterationGroup {
                 return None;
             }
             let squares = picture.squares(width, of_colour)?;
-            let relative = |i: usize| match luminance(self.moments(i).1) as f64 {
+            let variances = self.mean_variances(width, |i| of_colour(&i));
+            let relative = |i: usize| match variances[i] {
                 0.0 => 0.0,
                 variance => variance / squares[i],
             };
@@ -157,11 +180,6 @@ impl IterationGroup {
         let square = |l: &f64| l * l + (FLOOR * mean).powi(2);
         (mean > 0.0).then(|| blur(&light, |i| counts(&i), width).iter().map(square).collect())
     }
-}
-
-/// [`luminance`] of a colour whose luminance may be beyond an `f32`.
-fn wide_luminance(c: DVec3) -> f64 {
-    0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z
 }
 
 /// Colour of pixel `i` on a checkerboard.

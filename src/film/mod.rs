@@ -6,6 +6,7 @@ pub(crate) mod blur;
 mod extra_layer;
 mod features;
 mod group;
+mod halves;
 pub(crate) mod ids;
 mod picture;
 mod radiance_layer;

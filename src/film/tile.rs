@@ -3,6 +3,7 @@
 use crate::film::ids::Ids;
 use crate::math::Rgb;
 use glam::Vec3;
+use std::ops::Range;
 
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +23,9 @@ impl Tile {
 /// Sums over the samples of a tile's pixels, row by row.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TileSamples {
+    /// Which samples of each pixel, counted over the whole render; nothing tells the halves of a pixel's samples apart where
+    /// it is empty.
+    pub(crate) numbers: Range<u32>,
     /// Σ L and Σ L².
     pub(crate) sum: Vec<Rgb>,
     pub(crate) sum_squares: Vec<Rgb>,

@@ -31,7 +31,7 @@ impl<'s> PixelVertex<'s> {
     /// What the centre of pixel `(x, y)` shows, counted from the upper left; mirrors and glass are followed, which of the
     /// two ways at glass by fixed random numbers. `None` where there is nothing, or no such surface.
     pub fn through(scene: &'s Scene, x: u32, y: u32) -> Option<PixelVertex<'s>> {
-        let mut rng = Rng::for_path(0, scene.camera.pixel(x, y), 0);
+        let mut rng = Rng::for_place(0, scene.camera.pixel(x, y), 0);
         let mut ray = scene.camera.ray(x, y, [0.5; 2]);
         for _ in 0..MAX_SEGMENTS {
             let mut rays: HitBatch = HitBatch::with_capacity(1);

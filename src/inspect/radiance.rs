@@ -5,6 +5,7 @@ use crate::geometry::Ray;
 use crate::guiding::{Guide, StateView};
 use crate::integrator::mixture::{GuidedLobes, Mixture};
 use crate::integrator::path::Start;
+use crate::integrator::sampler::PathKey;
 use crate::integrator::{Batch, IntegratorSettings, PathIntegrator};
 use crate::math::Frame;
 use crate::math::{luminance, rng::Rng, warp};
@@ -151,7 +152,7 @@ impl Tracer<'_> {
 
     /// A ray through bin `k`; `None` for a direction in which no path goes on from here.
     fn start(&self, k: u32, sample: u32) -> Option<Start> {
-        let mut rng = Rng::for_path(self.integrator.seed, k, sample);
+        let mut rng = Rng::for_place(self.integrator.seed, k, sample);
         let inside = rng.f32x2();
         let dir = self.frame.to_world(warp::square_to_uniform_hemisphere(in_square(k, inside)));
         let si = &self.seen.si;
@@ -161,7 +162,8 @@ impl Tracer<'_> {
         let (_, pdf) = self.mixture.eval_pdf(si, si.frame.to_local(self.seen.wo), dir);
         let ray = Ray { org: si.spawn(dir), dir, tfar: f32::INFINITY };
         let normal = if self.seen.bsdf.is_opaque() { self.seen.normal() } else { Vec3::ZERO };
-        (pdf > 0.0).then_some(Start { ray, pdf: Some(pdf), normal, rng })
+        let keys = PathKey::new(self.integrator.seed, k, 0, sample);
+        (pdf > 0.0).then_some(Start { ray, pdf: Some(pdf), normal, keys })
     }
 }
 

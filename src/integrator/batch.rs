@@ -2,6 +2,7 @@
 
 use super::backward_pass::{Return, WaveRecord};
 use super::radiance::Radiance;
+use super::sampler::{PathKey, PathKeys};
 use super::vertex_record::VertexRecords;
 use crate::embree::{HitBatch, ShadowBatch};
 use crate::film::ids::Ids;
@@ -9,7 +10,6 @@ use crate::film::tile::{Aovs, Tile, TileSamples};
 use crate::guiding::Recorder;
 use crate::io::clock::CpuTime;
 use crate::math::Rgb;
-use crate::math::rng::{Rng, RngLanes};
 use crate::simd::{LANES, Lanes, Packing, Vec3Lanes};
 use glam::Vec3;
 use std::time::Duration;
@@ -42,7 +42,7 @@ pub(super) struct Paths {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathState {
     pub(crate) throughput: Rgb,
-    pub(crate) rng: Rng,
+    pub(crate) keys: PathKey,
     /// Density of the ray's direction per steradian; infinite behind a camera or a delta lobe.
     pub(crate) pdf: f32,
     /// Normal of the surface that it comes from, as of [`LightSampleContext`](crate::light::LightSampleContext); any where
@@ -59,7 +59,8 @@ pub(super) struct PathPacket {
     /// Place in the batch: which pixel and sample.
     pub(crate) slot: [u32; LANES],
     pub(crate) throughput: Vec3Lanes,
-    pub(crate) rng: RngLanes,
+    /// Their random numbers.
+    pub(crate) keys: PathKeys<LANES>,
     pub(crate) pdf: Lanes,
     pub(crate) normal: Vec3Lanes,
     pub(crate) analog: Lanes,
@@ -128,7 +129,7 @@ impl PathPacket {
     pub(crate) const EMPTY: PathPacket = PathPacket {
         slot: [0; LANES],
         throughput: Vec3Lanes::ZERO,
-        rng: RngLanes::ZERO,
+        keys: PathKeys::NONE,
         pdf: [0.0; LANES],
         normal: Vec3Lanes::ZERO,
         analog: [0.0; LANES],
@@ -136,10 +137,10 @@ impl PathPacket {
 
     #[inline(always)]
     fn set(&mut self, lane: usize, slot: u32, state: PathState) {
-        let PathState { throughput, rng, pdf, normal, analog } = state;
+        let PathState { throughput, keys, pdf, normal, analog } = state;
         self.slot[lane] = slot;
         self.throughput.set(lane, throughput);
-        self.rng.set(lane, rng);
+        self.keys.set(lane, keys);
         self.normal.set(lane, normal);
         (self.pdf[lane], self.analog[lane]) = (pdf, analog);
     }
@@ -148,7 +149,7 @@ impl PathPacket {
     fn pack(&self, packing: &Packing, [first, second]: [&mut PathPacket; 2]) {
         packing.put(&self.slot, [&mut first.slot, &mut second.slot]);
         self.throughput.pack(packing, [&mut first.throughput, &mut second.throughput]);
-        self.rng.pack(packing, [&mut first.rng, &mut second.rng]);
+        self.keys.pack(packing, [&mut first.keys, &mut second.keys]);
         packing.put(&self.pdf, [&mut first.pdf, &mut second.pdf]);
         packing.put(&self.analog, [&mut first.analog, &mut second.analog]);
     }

@@ -8,7 +8,8 @@
 use crate::bsdf::Bsdf;
 use crate::geometry::SurfaceInteraction;
 use crate::guiding::GuidingDistribution;
-use crate::math::{Rgb, rng::Rng};
+use crate::integrator::sampler::DirectionNumbers;
+use crate::math::Rgb;
 use glam::Vec3;
 
 /// Lobes of less roughness than this are left to the BSDF's own sampling: strata are too wide for them.
@@ -154,33 +155,23 @@ impl<'a> Mixture<'a> {
         Densities { mixture: mixed.mixture + (pdf - rough), bsdf, guide }
     }
 
-    /// Whether the guide is to draw the next direction: the number by which it chooses a cell.
+    /// Whether it is the guide that draws the direction of these numbers.
     #[inline(always)]
-    pub(crate) fn choose_guide(&self, rng: &mut Rng) -> Option<f64> {
-        self.guide?;
-        // the same numbers whoever draws, so that a packet draws them side by side
-        let (chosen, cell) = (rng.f32(), rng.f64());
-        (chosen >= self.bsdf_probability()).then_some(cell)
+    pub(crate) fn chooses_guide(&self, numbers: &DirectionNumbers<1>) -> bool {
+        self.guide.is_some() && numbers.chooser[0] >= self.bsdf_probability()
     }
 
     /// Draws a direction. `wo` is in the shading frame. `None` where the path ends.
-    #[cfg(test)]
-    pub(crate) fn sample(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
-        let cell = self.choose_guide(rng);
-        self.sample_by(cell, si, wo, rng)
-    }
-
-    /// Draws a direction from whom [`Self::choose_guide`] has chosen.
     #[inline(always)]
-    pub(crate) fn sample_by(
+    pub(crate) fn sample(
         &self,
-        cell: Option<f64>,
         si: &SurfaceInteraction,
         wo: Vec3,
-        rng: &mut Rng,
+        numbers: &DirectionNumbers<1>,
     ) -> Option<DirectionSample> {
-        let (Some(guide), Some(cell)) = (self.guide, cell) else { return self.sample_bsdf(si, wo, rng) };
-        let (wi, guide_pdf) = guide.sample(cell, rng.f32x2());
+        let guide = self.guide.filter(|_| self.chooses_guide(numbers));
+        let Some(guide) = guide else { return self.sample_bsdf(si, wo, numbers) };
+        let (wi, guide_pdf) = guide.sample(numbers.cell[0], numbers.point.map(|[u]| u));
         if !si.consistent(wi) {
             return None;
         }
@@ -191,10 +182,9 @@ impl<'a> Mixture<'a> {
     }
 
     #[inline(always)]
-    fn sample_bsdf(&self, si: &SurfaceInteraction, wo: Vec3, rng: &mut Rng) -> Option<DirectionSample> {
-        // Lambert's law has one lobe
-        let lobe = if self.bsdf.lambertian().is_some() { 0.0 } else { self.lobe(rng.f32()) };
-        let drawn = self.bsdf.sample(wo, lobe, rng.f32x2())?;
+    fn sample_bsdf(&self, si: &SurfaceInteraction, wo: Vec3, numbers: &DirectionNumbers<1>) -> Option<DirectionSample> {
+        let lobe = self.lobe((numbers.cell[0] as f32).min(BELOW_ONE));
+        let drawn = self.bsdf.sample(wo, lobe, numbers.point.map(|[u]| u))?;
         let wi = si.frame.to_world(drawn.wi);
         if !si.consistent(wi) || drawn.weight == Rgb::ZERO {
             return None;

@@ -6,7 +6,7 @@ use crate::bsdf::{
 use crate::geometry::{Hit, Mesh};
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use crate::guiding::{Guide, Hue, PackedDirection, Recorder, RegionInfo, Transition};
-use crate::math::{luminance, warp};
+use crate::math::{luminance, rng::Rng, warp};
 use crate::stats::{Chi2Report, DirectionTest, Domain, sidak};
 use crate::texture::ColorTexture;
 
@@ -167,7 +167,9 @@ impl Vertex {
     /// `wrong` turns what the density is asked for; nothing for the truth.
     fn chi2(&self, mixture: &Mixture, rng: &mut Rng, wrong: impl Fn(Vec3) -> Vec3) -> Chi2Report {
         let test = DirectionTest { cos_bins: 12, phi_bins: 16, samples: 60_000, depth: 3, domain: Domain::Sphere };
-        let sample = || mixture.sample(&self.si, self.wo, rng).filter(|s| s.pdf.is_some()).map(|s| s.wi);
+        let sample = || {
+            mixture.sample(&self.si, self.wo, &DirectionNumbers::random(rng)).filter(|s| s.pdf.is_some()).map(|s| s.wi)
+        };
         // directions that the guide draws and the BSDF does not reflect are lost
         test.run(sample, |wi| {
             let (f, pdf) = mixture.eval_pdf(&self.si, self.wo, wrong(wi));
@@ -209,7 +211,7 @@ fn another_share_of_the_bsdf_is_another_density() {
     let guide = vertex.guide();
     let (truth, lie) = (vertex.mixture(&bsdf, &guide, 0.3), vertex.mixture(&bsdf, &guide, 0.4));
     let test = DirectionTest { samples: 60_000, ..DirectionTest::new(Domain::Sphere) };
-    let sample = || truth.sample(&vertex.si, vertex.wo, &mut rng).map(|s| s.wi);
+    let sample = || truth.sample(&vertex.si, vertex.wo, &DirectionNumbers::random(&mut rng)).map(|s| s.wi);
     let report = test.run(sample, |wi| {
         let (f, pdf) = lie.eval_pdf(&vertex.si, vertex.wo, wi);
         if f == Rgb::ZERO { 0.0 } else { pdf }
@@ -227,7 +229,9 @@ fn weights_are_value_over_density() {
             let guide = vertex.guide();
             let mixture = vertex.mixture(&bsdf, &guide, fraction);
             for _ in 0..500 {
-                let Some(s) = mixture.sample(&vertex.si, vertex.wo, &mut rng) else { continue };
+                let Some(s) = mixture.sample(&vertex.si, vertex.wo, &DirectionNumbers::random(&mut rng)) else {
+                    continue;
+                };
                 let Some(drawn) = s.pdf else { continue };
                 let (share, wi) = (mixture.lobes.share(), vertex.si.frame.to_local(s.wi));
                 let sharp = bsdf.pdf(vertex.wo, wi) - share * drawn.bsdf;
@@ -237,7 +241,13 @@ fn weights_are_value_over_density() {
                 let drawn = drawn.mixture;
                 let (f, pdf) = mixture.eval_pdf(&vertex.si, vertex.wo, s.wi);
                 assert!((drawn / pdf - 1.0).abs() < 1e-3, "{drawn} drawn, {pdf} asked for");
-                assert!((s.weight * pdf - f).abs().max_element() <= 1e-3 * f.max_element(), "{} for {f}", s.weight);
+                // f is in proportion to the cosine, which is rounded on its way through world space
+                let tolerance = 1e-3 + f32::EPSILON / wi.z.abs();
+                assert!(
+                    (s.weight * pdf - f).abs().max_element() <= tolerance * f.max_element(),
+                    "{} for {f}",
+                    s.weight
+                );
             }
         }
     }
@@ -255,7 +265,7 @@ fn delta_lobes_keep_their_light_whatever_the_share() {
         let mixture = vertex.mixture(&bsdf, &guide, fraction);
         let n = 100_000;
         let values: Vec<f64> = (0..n)
-            .map(|_| mixture.sample(&vertex.si, vertex.wo, rng).filter(|s| s.pdf.is_none()))
+            .map(|_| mixture.sample(&vertex.si, vertex.wo, &DirectionNumbers::random(rng)).filter(|s| s.pdf.is_none()))
             .map(|s| s.map_or(0.0, |s| s.weight.x as f64))
             .collect();
         crate::stats::Summary::of(&values).unwrap()
@@ -276,9 +286,9 @@ fn sharp_lobes_are_drawn_as_often_as_without_a_guide() {
             let mixture = vertex.mixture(&bsdf, &guide, fraction);
             let (mut by_guide, mut sharp) = (0, 0);
             for _ in 0..n {
-                match mixture.choose_guide(&mut rng) {
-                    Some(_) => by_guide += 1,
-                    None => sharp += u32::from(mixture.lobe(rng.f32()) < mixture.lobes.sharp()),
+                match mixture.chooses_guide(&DirectionNumbers::random(&mut rng)) {
+                    true => by_guide += 1,
+                    false => sharp += u32::from(mixture.lobe(rng.f32()) < mixture.lobes.sharp()),
                 }
             }
             let guided = (1.0 - fraction) * mixture.lobes.share();

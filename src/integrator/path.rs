@@ -11,6 +11,7 @@ use super::backward_pass::WaveRecord;
 use super::batch::{Batch, BatchResult, Counters, PathState, Task, Wave};
 use super::probe::{Cast, Probe, Stage};
 use super::roulette::RouletteNormalisation;
+use super::sampler::{CameraNumbers, PathKey, PathKeys, Sampler, SamplerKind};
 use super::stop::Stop;
 use crate::embree::Coherence;
 use crate::film::RadianceLayer;
@@ -24,6 +25,7 @@ use crate::io::clock::{CpuClock, WallClock};
 use crate::math::Rgb;
 use crate::math::rng::Rng;
 use crate::scene::Scene;
+use crate::simd::LANES;
 use glam::Vec3;
 use std::time::Duration;
 
@@ -34,6 +36,9 @@ pub(crate) struct PathIntegrator<'a> {
     pub(crate) settings: &'a IntegratorSettings,
     pub(crate) guide: Option<GuideUse<'a>>,
     pub(crate) seed: u64,
+    pub(crate) sampler: SamplerKind,
+    /// Sample with which the sequence of samples begins that is spread evenly by itself, counted over the whole render.
+    pub(crate) sequence: u32,
     /// Also average what the camera sees first.
     pub(crate) features: bool,
     /// With these, also count which objects and materials it sees.
@@ -56,9 +61,20 @@ pub(crate) struct GuideUse<'a> {
 }
 
 impl<'a> PathIntegrator<'a> {
-    /// A plain path tracer: no guide, and nothing but the picture.
+    /// A plain path tracer: no guide, and nothing but the picture, of independent samples.
     pub(crate) fn plain(scene: &'a Scene, settings: &'a IntegratorSettings, seed: u64) -> PathIntegrator<'a> {
-        PathIntegrator { scene, settings, guide: None, seed, features: false, ids: false, bounced: false, layers: &[] }
+        PathIntegrator {
+            scene,
+            settings,
+            guide: None,
+            seed,
+            sampler: SamplerKind::Independent,
+            sequence: 0,
+            features: false,
+            ids: false,
+            bounced: false,
+            layers: &[],
+        }
     }
 
     /// Renders one task.
@@ -81,6 +97,7 @@ impl<'a> PathIntegrator<'a> {
             task,
             batch,
             probe,
+            sampler: Sampler::new(self.sampler, task.first_sample + task.samples - self.sequence),
             counters: Counters { paths: task.paths() as u64, ..Counters::default() },
             learn: self.guide.is_some_and(|g| g.learn),
             jitter: [0.5; 3],
@@ -107,7 +124,8 @@ pub(crate) struct Start {
     pub(crate) pdf: Option<f32>,
     /// By which a light would be chosen where the ray begins, as of [`LightSampleContext`](crate::light::LightSampleContext).
     pub(crate) normal: Vec3,
-    pub(crate) rng: Rng,
+    /// Its random numbers.
+    pub(crate) keys: PathKey,
 }
 
 impl PathIntegrator<'_> {
@@ -118,14 +136,15 @@ impl PathIntegrator<'_> {
         let task = Task { tile, first_sample: 0, samples: 1 };
         batch.wave.clear();
         batch.radiance.begin(std::iter::empty(), starts.len());
-        for (slot, &Start { ray, pdf, normal, rng }) in (0..).zip(starts) {
+        for (slot, &Start { ray, pdf, normal, keys }) in (0..).zip(starts) {
             batch.wave.rays.push(&ray);
             let pdf = pdf.unwrap_or(f32::INFINITY);
-            batch.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf, normal, analog: 1.0 });
+            batch.wave.paths.push(slot, PathState { throughput: Rgb::ONE, keys, pdf, normal, analog: 1.0 });
         }
         let counters = Counters::default();
-        let (probe, jitter) = (&mut (), [0.5; 3]);
-        let mut walk = Wavefront { integrator: self, task: &task, batch, probe, counters, learn: false, jitter };
+        let (probe, jitter, sampler) = (&mut (), [0.5; 3], Sampler::new(self.sampler, u32::MAX));
+        let mut walk =
+            Wavefront { integrator: self, task: &task, batch, probe, sampler, counters, learn: false, jitter };
         walk.weigh_pixels();
         walk.advance(2, &Stop::new());
         walk.batch.radiance.all().collect()
@@ -143,6 +162,7 @@ struct Wavefront<'a, 'b, P> {
     task: &'a Task,
     batch: &'b mut Batch,
     probe: &'b mut P,
+    sampler: Sampler,
     counters: Counters,
     learn: bool,
     /// Moves the wave's look-ups in the guide. One jitter serves a whole wave: neighbours then read the same tables,
@@ -166,16 +186,28 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         if self.learn {
             b.wave.paths.arrivals.begin(task.paths());
         }
-        let camera = &integrator.scene.camera;
         for sample in 0..task.samples {
-            for_blocks(tile.width, tile.height, |x, y| {
-                let slot = sample * tile.pixels() as u32 + y * tile.width + x;
-                let (px, py) = (tile.x + x, tile.y + y);
-                let mut rng = Rng::for_path(integrator.seed, camera.pixel(px, py), task.first_sample + sample);
-                b.wave.rays.push(&camera.sample_ray(px, py, &mut rng));
-                let (pdf, normal) = (f32::INFINITY, Vec3::ZERO);
-                b.wave.paths.push(slot, PathState { throughput: Rgb::ONE, rng, pdf, normal, analog: 1.0 });
-            });
+            for_blocks(tile.width, tile.height, |pixels| self.generate_block(sample, pixels));
+        }
+    }
+
+    /// The camera rays of a sample in a block of pixels of the tile.
+    #[inline(always)]
+    fn generate_block(&mut self, sample: u32, pixels: &[(u32, u32)]) {
+        let (PathIntegrator { seed, sequence, .. }, tile) = (*self.integrator, self.task.tile);
+        let (camera, number) = (&self.integrator.scene.camera, self.task.first_sample + sample - sequence);
+        let mut keys = PathKeys::<LANES>::NONE;
+        for (k, &(x, y)) in pixels.iter().enumerate() {
+            keys.set(k, PathKey::new(seed, camera.pixel(tile.x + x, tile.y + y), sequence, number));
+        }
+        let CameraNumbers { film, lens } = self.sampler.camera(&keys);
+        for (k, &(x, y)) in pixels.iter().enumerate() {
+            let [film, lens] = [&film, &lens].map(|[u, v]| [u[k], v[k]]);
+            let slot = sample * tile.pixels() as u32 + y * tile.width + x;
+            let (keys, pdf, normal) = (keys.get(k), f32::INFINITY, Vec3::ZERO);
+            let state = PathState { throughput: Rgb::ONE, keys, pdf, normal, analog: 1.0 };
+            self.batch.wave.rays.push(&camera.sample_ray(tile.x + x, tile.y + y, film, lens));
+            self.batch.wave.paths.push(slot, state);
         }
     }
 
@@ -229,19 +261,21 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     fn jitter_numbers(&self) -> Rng {
         let Task { tile, first_sample, .. } = *self.task;
         let corner = self.integrator.scene.camera.pixel(tile.x, tile.y);
-        Rng::for_path(!self.integrator.seed, corner, first_sample)
+        Rng::for_place(!self.integrator.seed, corner, first_sample)
     }
 }
 
-/// The pixels of a rectangle in blocks of 4×4.
+/// The pixels of a rectangle in blocks of 4×4, which are smaller at its edges.
 #[inline(always)]
-fn for_blocks(width: u32, height: u32, mut pixel: impl FnMut(u32, u32)) {
+fn for_blocks(width: u32, height: u32, mut block: impl FnMut(&[(u32, u32)])) {
     for (by, bx) in (0..height).step_by(4).flat_map(|by| (0..width).step_by(4).map(move |bx| (by, bx))) {
+        let (mut pixels, mut count) = ([(0, 0); LANES], 0);
         for y in by..height.min(by + 4) {
             for x in bx..width.min(bx + 4) {
-                pixel(x, y);
+                (pixels[count], count) = ((x, y), count + 1);
             }
         }
+        block(&pixels[..count]);
     }
 }
 

@@ -2,7 +2,9 @@
 
 pub mod alias;
 mod frame;
+pub(crate) mod hash;
 pub mod rng;
+pub(crate) mod sobol;
 pub mod warp;
 
 pub use frame::Frame;

@@ -76,7 +76,8 @@ impl<'a, W: Watch> Driver<'a, W> {
         // a pilot is short, and what it finds is needed
         let may_be_cut = !last && self.state.plan.mode != Mode::Pilot;
         while record.report.samples < target {
-            let pass = self.tiling.samples.min(target - record.report.samples);
+            // at least two passes, so that the noise of their mean shows in the difference of two halves
+            let pass = self.tiling.samples.min(target.div_ceil(2)).min(target - record.report.samples);
             let whole = self.pass(pass, learn, record);
             if !observer(&self.progress()) || !whole || self.limits.stop.is_asked() || self.limits.time_is_up() {
                 return false;

@@ -162,3 +162,6 @@ pub fn render_watched<W: Watch>(
 
 #[cfg(test)]
 mod edge_tests;
+
+#[cfg(test)]
+mod sampler_tests;

@@ -30,6 +30,12 @@ impl Noise {
         Noise::weigh(&picture, &variances?)
     }
 
+    /// The same with the variance of samples by themselves, however they are spread: what a part of their light can be held
+    /// against of which no more is known.
+    pub fn of_samples(film: &Film) -> Option<Noise> {
+        Noise::weigh(&film.resolve(), &film.sample_spreads()?)
+    }
+
     /// `variances` are those of one sample of each pixel.
     pub(super) fn weigh(estimate: &Estimate, variances: &[f64]) -> Option<Noise> {
         let light: Vec<f64> = estimate.mean.iter().map(|&c| luminance(c) as f64).collect();

@@ -2,6 +2,7 @@
 
 use crate::document::{Fault, Reader, key};
 use crate::film::{Combine, ExtraLayer, RadianceLayer};
+use crate::integrator::SamplerKind;
 
 const ORDERS: &[(&str, Order)] = &[("progressive", Order::Progressive), ("blocks", Order::Blocks)];
 const COMBINES: &[(&str, Combine)] =
@@ -16,6 +17,7 @@ pub struct RenderSettings {
     /// sample.
     pub time: Option<f64>,
     pub seed: u64,
+    pub sampler: SamplerKind,
     pub combine: Combine,
     pub order: Order,
     /// What the EXR also holds.
@@ -32,6 +34,7 @@ impl Default for RenderSettings {
             spp: 64,
             time: None,
             seed: 0,
+            sampler: SamplerKind::Sobol,
             combine: Combine::InverseVariance,
             order: Order::Progressive,
             layers: Vec::new(),
@@ -58,6 +61,7 @@ impl RenderSettings {
         t.integer(spp, 1..=u64::from(u32::MAX), &mut self.spp)?;
         t.seconds(key("time", TIME).unit("seconds"), &mut self.time)?;
         t.integer(key("seed", SEED), 0..=u64::MAX, &mut self.seed)?;
+        t.choice(key("sampler", SAMPLER), &SamplerKind::NAMES, &mut self.sampler)?;
         let robust = "no ray slips between two triangles that share an edge, for about a quarter of the speed";
         t.flag(key("robust", robust), &mut self.robust)?;
         t.choices(key("layers", LAYERS), ExtraLayer::NAMES, &mut self.layers)?;
@@ -74,6 +78,8 @@ const TIME: &str = "after loading; rendering stops at whichever of `spp` and `ti
     pixels have more samples than others (layer `samples.Y`)";
 const SEED: &str = "of all random numbers: the same seed and `spp` give the same picture, bit for bit, with any number of threads, \
     by one build of the program at one instruction set of Embree's (see [processors.md](processors.md#the-same-picture-bit-for-bit))";
+const SAMPLER: &str = "how the samples of a pixel are spread: evenly, by scrambled Sobol' points, or as independent random numbers; see \
+    [sampling.md](sampling.md)";
 const LAYERS: &str = "what the EXR also holds, each under its name: light apart, which emitters and surroundings send to the camera by \
     themselves, which one surface has scattered, and which several have (together they are the picture); the light of each group of lights (`light_group`); places and normals of the \
     triangles that the camera sees. See [pictures.md](pictures.md#layers)";

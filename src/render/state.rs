@@ -9,7 +9,7 @@ use crate::film::tile::Tile;
 use crate::film::{Combine, RadianceLayer};
 use crate::guiding::Guide;
 use crate::guiding::settings::Updates;
-use crate::integrator::{Counters, Roulette, RouletteNormalisation};
+use crate::integrator::{Counters, Roulette, RouletteNormalisation, SamplerKind};
 use crate::scene::Scene;
 
 /// All that a render takes from one iteration to the next: with the scene, the settings and this it goes on, in another
@@ -29,6 +29,9 @@ pub(super) struct RenderState {
     pub bounced: Vec<[f32; 2]>,
     /// Of all random numbers; with what the guide was given, as nothing drawn from it may know of it.
     pub seed: u64,
+    /// Sample with which the sequence begins that is under way: samples that are drawn alike are spread evenly together, and
+    /// independently of all others.
+    pub sequence: u32,
     /// Light that is kept apart.
     pub layers: Vec<RadianceLayer>,
     /// Columns and pixels of the picture.
@@ -81,7 +84,8 @@ impl RenderState {
         let policy = Policy::asked_for(settings.guiding.method, wanted, first, settings.render.time.is_some(), pixels);
         let layers = settings.render.radiance_layers(scene.light_groups().names().len());
         RenderState {
-            film: Film::new(width, height, combine(settings, &policy), &layers),
+            film: Film::new(width, height, combine(settings, &policy), &layers)
+                .of_even_samples(settings.render.sampler != SamplerKind::Independent),
             layers,
             guide,
             plan: policy.next_iteration(&History { samples: 0, planned: None }),
@@ -89,6 +93,7 @@ impl RenderState {
             roulette: None,
             bounced: Vec::new(),
             seed: settings.render.seed ^ salt,
+            sequence: 0,
             width,
             pixels,
             paths: 0,
@@ -149,7 +154,7 @@ impl RenderState {
     /// What the noise of a finished iteration says of roulette and of the guide.
     pub fn weigh(&mut self, Record { report, passes }: &Record, settings: &Settings) {
         self.learnt_samples += if self.is_guided() { report.samples } else { 0 };
-        let noise = Noise::of(&self.film);
+        let noise = if self.plan.mode == Mode::Pilot { Noise::of_samples } else { Noise::of }(&self.film);
         if settings.integrator.roulette == Roulette::Guided
             && let Some(noise) = &noise
         {
@@ -174,7 +179,10 @@ impl RenderState {
     /// Plans the next iteration, and ends the one before in the film, unless the next continues it.
     pub fn plan_next(&mut self) {
         let history = History { samples: self.samples(), planned: Some(self.plan.samples) };
-        self.plan = self.policy.next_iteration(&history);
+        let before = std::mem::replace(&mut self.plan, self.policy.next_iteration(&history));
+        if !(self.plan.continues || self.plan.is_drawn_as(&before)) {
+            self.sequence = self.samples();
+        }
         if !self.plan.continues {
             self.film.end_iteration();
         }

@@ -100,6 +100,8 @@ impl Tracer {
             settings: &job.settings.integrator,
             guide: field.filter(|_| guided).map(|field| GuideUse { field, settings: guiding, learn, efficiency }),
             seed: state.seed,
+            sampler: job.settings.render.sampler,
+            sequence: state.sequence,
             features: false,
             ids: job.settings.render.wants_ids(),
             bounced: state.plan.mode == Mode::Pilot,

@@ -2,7 +2,6 @@
 
 use crate::film::{FilmSettings, Filter};
 use crate::geometry::Ray;
-use crate::math::rng::Rng;
 use crate::math::warp::square_to_disk;
 use crate::scene::description::{CameraDescription, Projection};
 use crate::{Error, Result};
@@ -99,13 +98,13 @@ impl Camera {
         [self.left, self.top]
     }
 
-    /// A ray of pixel `(x, y)`, counted from the upper left, through a random point of the filter and of the lens.
+    /// A ray of pixel `(x, y)`, counted from the upper left, through a point of the filter drawn by `u` and one of the lens.
     #[inline]
-    pub(crate) fn sample_ray(&self, x: u32, y: u32, rng: &mut Rng) -> Ray {
-        let ray = self.ray(x, y, rng.f32x2());
+    pub(crate) fn sample_ray(&self, x: u32, y: u32, u: [f32; 2], on_lens: [f32; 2]) -> Ray {
+        let ray = self.ray(x, y, u);
         match &self.lens {
             None => ray,
-            Some(lens) => lens.bend(&ray, rng.f32x2()),
+            Some(lens) => lens.bend(&ray, on_lens),
         }
     }
 
@@ -200,6 +199,7 @@ fn truncated_gaussian(u: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::rng::Rng;
     use glam::DVec3;
 
     /// At (0, 0, 5), which looks at the origin with a film of 200 × 100 pixels.
@@ -253,8 +253,8 @@ mod tests {
         let camera = on_film(|c| (c.aperture_radius, c.focus_distance) = (0.5, Some(2.0)));
         let (mut rng, mut sum, n) = (Rng::new(3), 0.0, 4000);
         for _ in 0..n {
-            let (mut film, ray) = (rng, camera.sample_ray(20, 30, &mut rng));
-            let sharp = camera.ray(20, 30, film.f32x2());
+            let (film, lens) = (rng.f32x2(), rng.f32x2());
+            let (ray, sharp) = (camera.sample_ray(20, 30, film, lens), camera.ray(20, 30, film));
             let at = |ray: &Ray, z: f32| ray.org + ray.dir * ((z - ray.org.z) / ray.dir.z);
             assert!(near(at(&ray, 3.0), at(&sharp, 3.0)), "the plane of focus is 2 before the camera");
             let off = (ray.org - sharp.org).length();

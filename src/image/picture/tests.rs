@@ -283,7 +283,7 @@ fn damage_to_any_format_is_an_error_and_not_a_panic() {
         ImageFormat::Pnm,
         ImageFormat::Qoi,
     ];
-    let mut rng = crate::math::rng::Rng::for_path(7, 1, 2);
+    let mut rng = crate::math::rng::Rng::for_place(7, 1, 2);
     let mut refused = 0;
     for format in formats {
         let whole = encoded(picture.clone(), format);

@@ -2,10 +2,11 @@
 
 use super::packet::Packet;
 use crate::integrator::mixture::Densities;
+use crate::integrator::sampler::Sampler;
 use crate::math::Rgb;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, mask, pick};
 
-/// Random numbers of the vertices that draw side by side, in the order in which a vertex by itself draws them.
+/// Random numbers of the vertices that draw side by side.
 struct RandomInputs {
     /// Whether it is the guide that draws; else the BSDF.
     by_guide: Mask,
@@ -35,10 +36,10 @@ pub(super) struct DirectionSamples {
 }
 
 impl Packet<'_> {
-    /// Draws directions at these vertices, each of which is [`Packet::vectorised`].
+    /// Draws directions at these vertices, each of which is [`Packet::vectorised`], and the `vertex`th of its path from 1 on.
     #[inline(always)]
-    pub(crate) fn propose(&mut self, draws: Mask) -> DirectionSamples {
-        let numbers = self.draw_numbers(draws);
+    pub(crate) fn propose(&self, draws: Mask, sampler: Sampler, vertex: u32) -> DirectionSamples {
+        let numbers = self.draw_numbers(draws, sampler, vertex);
         let surfaces = &self.surfaces;
         let mut proposals = DirectionSamples {
             dir: Vec3Lanes::ZERO,
@@ -63,15 +64,14 @@ impl Packet<'_> {
     }
 
     #[inline(always)]
-    fn draw_numbers(&mut self, draws: Mask) -> RandomInputs {
-        let (mut by_guide, mut cell) = (Mask::NONE, [0.0; LANES]);
-        if self.trees().any() {
-            let guided = draws & self.trees().are();
-            let (chosen, which) = self.rng.f32_f64(guided);
-            by_guide = guided & mask(|k| chosen[k] >= self.bsdf_fraction()[k]);
-            cell = which;
+    fn draw_numbers(&self, draws: Mask, sampler: Sampler, vertex: u32) -> RandomInputs {
+        if !self.trees().any() {
+            let u = sampler.direction_point(&self.keys, vertex);
+            return RandomInputs { by_guide: Mask::NONE, cell: [0.0; LANES], u };
         }
-        RandomInputs { by_guide, cell, u: self.rng.f32x2(draws) }
+        let numbers = sampler.direction(&self.keys, vertex);
+        let chosen = mask(|k| numbers.chooser[k] >= self.bsdf_fraction()[k]);
+        RandomInputs { by_guide: draws & self.trees().are() & chosen, cell: numbers.cell, u: numbers.point }
     }
 
     /// Puts the guide's directions among those of the BSDF, and finds what either makes of the other's.

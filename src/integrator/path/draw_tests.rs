@@ -4,9 +4,11 @@ use crate::bsdf::{
 };
 use crate::geometry::surfaces::tests as surfaces;
 use crate::guiding::settings::DirectionTable;
+use crate::integrator::SamplerKind;
 use crate::integrator::mixture::tests::learnt;
 use crate::integrator::mixture::{DirectionSample, GuidedLobes, Mixture};
-use crate::math::rng::{Rng, RngLanes};
+use crate::integrator::sampler::{PathKey, PathKeys, Sampler};
+use crate::math::rng::Rng;
 use crate::math::warp;
 use crate::texture::ColorTexture;
 
@@ -32,9 +34,9 @@ fn fill<'a>(
     [matte, metal]: [Bsdf<'a>; 2],
     rng: &mut Rng,
 ) {
-    packet.begin(0, RngLanes::ZERO);
+    packet.begin(0, PathKeys::NONE);
     for (k, (guide, summary)) in guides.iter().enumerate() {
-        packet.rng.set(k, Rng::new(rng.next_u32() as u64));
+        packet.keys.set(k, PathKey::new(1, rng.next_u32(), 0, k as u32));
         packet.lights.wi.set(k, warp::square_to_uniform_sphere(rng.f32x2()));
         packet.lights.pdf[k] = 1.0;
         if k % 5 == 4 {
@@ -78,30 +80,30 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
         let mut packet = Packet::new();
         packet.surfaces = surfaces;
         fill(&mut packet, &guides, [&matte, &metal].map(|model| model.at([COLOR, Rgb::ZERO])), &mut rng);
-        let (before, wide) = (packet.rng, packet.vectorised());
+        let (sampler, vertex) = (Sampler::new(SamplerKind::Sobol, LANES as u32), 2);
+        let wide = packet.vectorised();
         assert_eq!(wide, mask(|k| is_matte(k) && table(k) != Some(DirectionTable::Hemisphere)));
-        let proposals = packet.propose(wide);
+        let proposals = packet.propose(wide, sampler, vertex);
         let (mut f, mut pdf, mut albedo) = (Vec3Lanes::ZERO, [0.0; LANES], Vec3Lanes::ZERO);
         packet.eval_pdf(&mut f, &mut pdf);
         packet.albedo(&mut albedo);
         for k in 0..LANES {
             let Some(bsdf) = packet.bsdfs.get(k) else {
                 assert!(packet.with_mixture(k, |_| ()).is_none());
-                assert_eq!((packet.rng.get(k), proposals.goes.has(k)), (before.get(k), false), "nothing is drawn");
+                assert!(!proposals.goes.has(k), "nothing is drawn");
                 continue;
             };
-            let (si, wo, mut alone) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), before.get(k));
+            let (si, wo) = (packet.surfaces.get(k), packet.surfaces.wo_local(k));
             let guide = guides[k].0.field().distribution(&guides[k].1, packet.surfaces.facing_normal(k));
             let mixture = Mixture::new(&bsdf, table(k).map(|_| &guide), 0.4, GuidedLobes::of(&bsdf, wo, false));
             let (value, density) = mixture.eval_pdf(&si, wo, packet.lights.wi.get(k));
             assert!(f.get(k) == value && (value == Rgb::ZERO || pdf[k] == density), "towards a light");
             assert_eq!(albedo.get(k), bsdf.albedo(wo));
             if !wide.has(k) {
-                assert_eq!((packet.rng.get(k), proposals.goes.has(k)), (before.get(k), false), "nothing is drawn");
+                assert!(!proposals.goes.has(k), "nothing is drawn");
                 continue;
             }
-            let single = mixture.sample(&si, wo, &mut alone);
-            assert_eq!(alone, packet.rng.get(k), "as many numbers");
+            let single = mixture.sample(&si, wo, &sampler.direction(&packet.keys.get(k), vertex));
             match (proposals.goes.has(k).then(|| proposal(&proposals, k)), single) {
                 (None, None) => ended += 1,
                 (Some(one), Some(other)) => {

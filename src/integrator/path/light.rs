@@ -6,6 +6,7 @@ use super::{PathIntegrator, Probe, Stage, Wave, Wavefront};
 use crate::film::{LightPath, RadianceLayer};
 use crate::geometry::{RayRows, SurfaceInteraction};
 use crate::integrator::batch::NextEventLanes;
+use crate::integrator::sampler::LightNumbers;
 use crate::light::LightSampleContext;
 use crate::math::Rgb;
 use crate::simd::{LANES, Packing, Vec3Lanes, each, mask, pick};
@@ -13,11 +14,11 @@ use crate::simd::{LANES, Packing, Vec3Lanes, each, mask, pick};
 impl<P: Probe> Wavefront<'_, '_, P> {
     /// Draws a light for each vertex of a packet that can be lit, and lays shadow rays towards those from which
     /// something would come.
-    pub(super) fn ask_lights(&mut self, packet: &mut Packet) {
+    pub(super) fn ask_lights(&mut self, packet: &mut Packet, depth: u32) {
         if !self.integrator.settings.next_event {
             return;
         }
-        self.draw_lights(packet);
+        self.draw_lights(packet, depth);
         let (mut f, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
         packet.eval_pdf(&mut f, &mut pdf);
         let mut weight = [1.0; LANES];
@@ -48,15 +49,15 @@ impl<P: Probe> Wavefront<'_, '_, P> {
         b.next_events.pack(&packing, &events, [self.learn, groups]);
     }
 
-    fn draw_lights(&self, packet: &mut Packet) {
+    fn draw_lights(&self, packet: &mut Packet, depth: u32) {
         let lights = (self.integrator.scene.lights(), self.integrator.settings.light_sampler);
         let lit = packet.smooth();
-        let (u_choice, mut u) = packet.rng.f64_f32x2(lit);
+        let LightNumbers { choice, point: mut u } = self.sampler.light(&packet.keys, depth);
         if self.keeps_normals() {
             packet.find_light_normals();
         }
         let Packet { surfaces, lights: drawn, light_normals, .. } = packet;
-        drawn.choose(lit, lights, [surfaces.places(), light_normals], &u_choice, &mut u);
+        drawn.choose(lit, lights, [surfaces.places(), light_normals], &choice, &mut u);
         drawn.resolve(surfaces.places(), &u);
     }
 

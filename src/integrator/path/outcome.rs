@@ -36,7 +36,9 @@ impl<P: Probe> Wavefront<'_, '_, P> {
     pub(super) fn gather(mut self) -> BatchResult {
         self.probe.stage(Stage::Film);
         let (tile, pixels) = (self.task.tile, self.task.tile.pixels());
+        let first = self.task.first_sample;
         let mut samples = TileSamples {
+            numbers: first..first + self.task.samples,
             ids: std::mem::take(&mut self.batch.ids),
             sum: vec![Rgb::ZERO; pixels],
             sum_squares: vec![Rgb::ZERO; pixels],

@@ -6,8 +6,9 @@ use crate::geometry::Surfaces;
 use crate::guiding::{GuideLanes, GuidingDistribution, Node, PackedColor};
 use crate::integrator::mixture::{Densities, GuidedLobes, Mixture};
 use crate::integrator::roulette::Moments;
+use crate::integrator::sampler::PathKeys;
 use crate::light::LightSamples;
-use crate::math::{Rgb, rng::RngLanes};
+use crate::math::Rgb;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
@@ -39,7 +40,8 @@ pub(super) struct Packet<'a> {
     pub(crate) lights: LightSamples,
     /// By which lights are chosen, where that is by more than their power.
     pub(crate) light_normals: Vec3Lanes,
-    pub(crate) rng: RngLanes,
+    /// The paths' random numbers.
+    pub(crate) keys: PathKeys<LANES>,
 }
 
 impl<'a> Packet<'a> {
@@ -62,14 +64,14 @@ impl<'a> Packet<'a> {
             expected: [PackedColor::default(); LANES],
             lights: LightSamples::new(),
             light_normals: Vec3Lanes::ZERO,
-            rng: RngLanes::ZERO,
+            keys: PathKeys::NONE,
         }
     }
 
     /// Begins with the rays from place `first` in their wave on.
     #[inline(always)]
-    pub(crate) fn begin(&mut self, first: usize, rng: RngLanes) {
-        (self.first, self.rng) = (first, rng);
+    pub(crate) fn begin(&mut self, first: usize, keys: PathKeys<LANES>) {
+        (self.first, self.keys) = (first, keys);
         (self.led, self.has_moments, self.bsdf_fraction) = (Mask::NONE, Mask::NONE, [1.0; LANES]);
         self.bsdfs.clear();
         self.trees.clear();

@@ -8,6 +8,7 @@ use crate::film::tile::Aovs;
 use crate::geometry::{NOTHING, Ray, RayRows, SurfaceInteraction};
 use crate::integrator::batch::{PathPacket, PathState};
 use crate::integrator::mixture::Mixture;
+use crate::integrator::sampler::DirectionNumbers;
 use crate::integrator::vertex_record::VertexRecord;
 use crate::math::{Rgb, luminance};
 use crate::scene::material::Material;
@@ -27,7 +28,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         self.batch.next.clear();
         let mut packet = Packet::new();
         for first in (0..self.batch.wave.rays.len()).step_by(LANES) {
-            packet.begin(first, self.batch.wave.paths.packet(first).rng);
+            packet.begin(first, self.batch.wave.paths.packet(first).keys);
             self.shade(depth, &mut packet);
         }
     }
@@ -49,7 +50,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
 
         // Direct light.
         self.probe.step(Stage::NextEvent);
-        self.ask_lights(packet);
+        self.ask_lights(packet, depth);
 
         // The next direction, or several.
         self.probe.step(Stage::Shade);
@@ -171,14 +172,17 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             self.add_expected(packet, &survival);
         }
         let (wide, goes) = (packet.vectorised(), mask(|k| survival.count[k] > 0));
-        for k in each(goes & !wide) {
-            self.draw(packet, k, &survival);
+        if (goes & !wide).any() {
+            let numbers = self.sampler.direction(&packet.keys, depth);
+            for k in each(goes & !wide) {
+                self.draw(packet, k, &survival, (&numbers, depth));
+            }
         }
         let splits = wide & mask(|k| survival.count[k] > 1);
         if splits.any() {
-            self.split(packet, splits, &survival);
+            self.split(packet, splits, &survival, depth);
         }
-        self.scatter_vectorised(packet, wide & goes, &survival);
+        self.scatter_vectorised(packet, wide & goes, &survival, depth);
     }
 
     /// Adds what was expected of branches that roulette has ended, and takes it away for those that splitting has added: C(1 − N/r),
@@ -200,23 +204,23 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
 
     /// The second and further branches of paths that split.
     #[inline(never)]
-    fn split(&mut self, packet: &mut Packet<'a>, splits: Mask, survival: &Survival) {
-        let (first, mut before, mut draws) = (packet.rng, packet.rng, splits);
+    fn split(&mut self, packet: &mut Packet<'a>, splits: Mask, survival: &Survival, depth: u32) {
+        let (first, mut draws) = (packet.keys, splits);
         for branch in 1.. {
             draws = draws & mask(|k| survival.count[k] > branch);
             if !draws.any() {
                 break;
             }
-            packet.rng = before.branch(draws, branch);
-            self.scatter_vectorised(packet, draws, survival);
+            packet.keys = first.branch(depth, branch);
+            self.scatter_vectorised(packet, draws, survival, depth);
         }
-        packet.rng = first;
+        packet.keys = first;
     }
 
     /// One direction for each vertex that draws, side by side.
     #[inline(always)]
-    fn scatter_vectorised(&mut self, packet: &mut Packet<'a>, draws: Mask, survival: &Survival) {
-        let proposals = packet.propose(draws);
+    fn scatter_vectorised(&mut self, packet: &Packet<'a>, draws: Mask, survival: &Survival, depth: u32) {
+        let proposals = packet.propose(draws, self.sampler, depth);
         self.counters.directions += draws.count();
         self.counters.guided_directions += proposals.by_guide.count();
         let before = self.batch.wave.paths.packet(packet.ray(0));
@@ -225,8 +229,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             weight.set(k, proposals.weight.get(k) / survival.paths[k]);
             throughput.set(k, before.throughput.get(k) * weight.get(k));
         }
-        let (rng, pdf, normal, analog) = (packet.rng, proposals.mixture, packet.light_normals, survival.analog);
-        let paths = PathPacket { slot: before.slot, throughput, rng, pdf, normal, analog };
+        let (keys, pdf, normal, analog) = (packet.keys, proposals.mixture, packet.light_normals, survival.analog);
+        let paths = PathPacket { slot: before.slot, throughput, keys, pdf, normal, analog };
         let keeps_normals = self.keeps_normals();
         let next = &mut self.batch.next;
         let packing = Packing::new(proposals.goes.bits(), next.rays.len());
@@ -240,7 +244,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
 
     /// Whether paths go on, and each as how many.
     #[inline(always)]
-    fn survive(&self, packet: &mut Packet<'a>, depth: u32) -> Survival {
+    fn survive(&self, packet: &Packet<'a>, depth: u32) -> Survival {
         let (mut s, scatters) = (Survival::NONE, packet.bsdfs.are());
         packet.albedo(&mut s.albedo);
         let before = &self.batch.wave.paths.packet(packet.ray(0)).analog;
@@ -249,7 +253,10 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             s.luminance[k] = luminance(s.albedo.get(k));
         }
         s.paths = self.expected_paths(packet, &s.albedo, &mut s.analog, depth);
-        let (u, scatters) = (packet.rng.f32(scatters), scatters.lanes());
+        let (mut u, scatters) = ([0.0; LANES], scatters.lanes());
+        if mask(|k| s.paths[k].fract() > 0.0).any() {
+            u = self.sampler.roulette(&packet.keys, depth);
+        }
         for k in 0..LANES {
             let count = s.paths[k] as u32 + (u[k] < s.paths[k].fract()) as u32;
             s.count[k] = pick(scatters.has(k), count, 0);
@@ -259,20 +266,30 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
 
     /// Draws the directions in which the path goes on from vertex `k` by itself.
     #[inline(never)]
-    fn draw(&mut self, packet: &Packet<'a>, k: usize, survival: &Survival) {
-        packet.with_mixture(k, |mixture| self.draw_from(mixture, packet, k, survival));
+    fn draw(&mut self, packet: &Packet<'a>, k: usize, survival: &Survival, numbers: Numbers) {
+        packet.with_mixture(k, |mixture| self.draw_from(mixture, packet, k, survival, numbers));
     }
 
     #[inline(always)]
-    fn draw_from(&mut self, mixture: &Mixture, packet: &Packet<'a>, k: usize, survival: &Survival) {
-        let (si, wo, mut rng) = (packet.surfaces.get(k), packet.surfaces.wo_local(k), packet.rng.get(k));
+    fn draw_from(
+        &mut self,
+        mixture: &Mixture,
+        packet: &Packet<'a>,
+        k: usize,
+        survival: &Survival,
+        (numbers, depth): Numbers,
+    ) {
+        let (si, wo) = (packet.surfaces.get(k), packet.surfaces.wo_local(k));
+        let (mut keys, mut numbers) = (packet.keys.get(k), numbers.get(k));
         let (paths, analog, i) = (survival.paths[k], survival.analog[k], packet.ray(k));
         self.counters.directions += if mixture.is_smooth() { survival.count[k] as u64 } else { 0 };
         for split in 0..survival.count[k] {
-            let mut rng = if split == 0 { rng } else { rng.branch(split) };
-            let cell = mixture.choose_guide(&mut rng);
-            self.counters.guided_directions += cell.is_some() as u64;
-            let Some(next) = mixture.sample_by(cell, &si, wo, &mut rng) else { continue };
+            if split > 0 {
+                keys = packet.keys.get(k).branch(depth, split);
+                numbers = self.sampler.direction(&keys, depth);
+            }
+            self.counters.guided_directions += mixture.chooses_guide(&numbers) as u64;
+            let Some(next) = mixture.sample(&si, wo, &numbers) else { continue };
             let weight = next.weight / paths;
             if self.learn {
                 let edge = edge(packet, k, &next, survival.luminance[k]);
@@ -283,7 +300,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             let throughput = self.batch.wave.paths.throughput(i) * weight;
             let pdf = next.pdf.map_or(f32::INFINITY, |pdf| pdf.mixture);
             let normal = packet.light_normals.get(k);
-            self.enqueue_ray(i, si.spawn(next.wi), next.wi, PathState { throughput, rng, pdf, normal, analog });
+            self.enqueue_ray(i, si.spawn(next.wi), next.wi, PathState { throughput, keys, pdf, normal, analog });
         }
     }
 
@@ -295,6 +312,9 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         b.next.paths.push(b.wave.paths.slot(i), state);
     }
 }
+
+/// Where paths go on from vertices which stand so far along their paths, counted from 1.
+type Numbers<'a> = (&'a DirectionNumbers<LANES>, u32);
 
 /// How paths go on.
 struct Survival {

@@ -8,6 +8,7 @@ use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::exr::{self, Attribute, Metadata, Window, read_layers, read_measured};
 use crate::image::{Image, Layer};
+use crate::integrator::SamplerKind;
 use crate::math::Rgb;
 use crate::platform::Platform;
 use crate::render::{self, GuideIo, Order, Progress, Rendering, Stop};
@@ -113,6 +114,8 @@ impl Growing {
             settings.guiding.method = GuidingMethod::None;
             settings.render.combine = Combine::All;
             settings.render.order = Order::Progressive;
+            // their variance is taken off errors, so it must be no bound
+            settings.render.sampler = SamplerKind::Independent;
             settings.render.spp = samples;
             settings.render.time = (taken.0 > 0).then_some(growth.time - taken.1);
             // As many as it has samples: never the same twice, however often it is added to.

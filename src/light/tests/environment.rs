@@ -18,7 +18,7 @@ fn environment(width: u32, height: u32, f: impl Fn(u32, u32) -> f32) -> Environm
 /// What importance sampling finds hard: noise, one pixel in the middle, at the seam and at a pole, black rows, one
 /// column, a sun in a dim sky.
 fn pictures() -> Vec<Environment> {
-    let noise = |x: u32, y: u32| Rng::for_path(1, x, y).f32().powi(4);
+    let noise = |x: u32, y: u32| Rng::for_place(1, x, y).f32().powi(4);
     let only = |a: u32, b: u32| move |x: u32, y: u32| if (x, y) == (a, b) { 3.0 } else { 0.0 };
     vec![
         environment(16, 9, noise),

@@ -40,6 +40,13 @@ pub(super) struct Plan {
     pub continues: bool,
 }
 
+impl Plan {
+    /// Whether both draw their samples alike, as all do without a guide.
+    pub fn is_drawn_as(&self, other: &Plan) -> bool {
+        self.mode != Mode::Guided && other.mode != Mode::Guided
+    }
+}
+
 /// What has been rendered so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct History {

@@ -70,7 +70,7 @@ pub(super) fn grid(camera: &Camera) -> impl ExactSizeIterator<Item = Ray> + '_ {
 /// Whether light is found along rays through the picture of the scene's camera.
 pub(super) fn reaches(scene: &Scene) -> bool {
     let rays: Vec<Ray> = grid(&scene.camera).collect();
-    let lit = |(k, ray): &(usize, Ray)| arriving(scene, *ray, &mut Rng::for_path(0, *k as u32, 0)) > 0.0;
+    let lit = |(k, ray): &(usize, Ray)| arriving(scene, *ray, &mut Rng::for_place(0, *k as u32, 0)) > 0.0;
     let found = rays.into_par_iter().enumerate().filter(lit).count();
     found as f32 >= LEAST * (GRID * GRID) as f32
 }

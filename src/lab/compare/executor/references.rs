@@ -1,6 +1,7 @@
 //! How good a reference must be, and seeing that it is.
 
 use super::{Event, RenderExecutor, picture};
+use crate::integrator::SamplerKind;
 use crate::lab::compare::measure;
 use crate::lab::compare::plan::Budget;
 use crate::lab::compare::reference::{self, Growing, Growth, SEEDS};
@@ -16,6 +17,9 @@ const PILOT_SEEDS: u64 = 1 << 61;
 /// Share of the largest budget that a pilot run takes, and its samples per pixel at least: fewer say little of the noise.
 const PILOT_SHARE: f64 = 0.125;
 const PILOT_SAMPLES: u32 = 8;
+
+/// Even samples have less noise than they tell one by one. By this factor less was measured with 64 samples per pixel.
+const EVEN: f64 = 0.5;
 
 /// A guide has learnt more at the end of the budget than in a pilot run: errors may fall this much below what
 /// that promises.
@@ -108,6 +112,7 @@ impl RenderExecutor<'_> {
             (None, Budget::Samples(spp)) => f64::from(rendering.samples) / f64::from(spp),
         };
         let learnt = if rendering.guide.is_some() { LEARNT } else { 1.0 };
-        Some(learnt * share * measure::relative_noise(&picture(&rendering), &rendering.estimate.variance))
+        let even = if settings.render.sampler == SamplerKind::Independent { 1.0 } else { EVEN };
+        Some(even * learnt * share * measure::relative_noise(&picture(&rendering), &rendering.estimate.variance))
     }
 }
