@@ -48,7 +48,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a scene file (.toml, .json) or a bare model (.obj).
+    /// Render a scene file (.toml, .json) or a bare model (.obj, .ply).
     Render(render::RenderArguments),
     /// Print what a scene consists of, as it is understood: triangles, materials, textures, lights, cameras.
     Info(info::InfoArguments),

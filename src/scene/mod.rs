@@ -14,7 +14,10 @@ pub(crate) mod model;
 mod names;
 pub mod obj;
 mod origin;
+pub mod ply;
+mod repair;
 mod stand_ins;
+mod triangulate;
 mod view;
 
 #[cfg(any(test, feature = "lab"))]

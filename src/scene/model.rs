@@ -1,7 +1,7 @@
 //! Meshes from files or from memory. A format of files is one line in [`READERS`].
 
 use super::description::MaterialDescription;
-use super::obj;
+use super::{obj, ply};
 use crate::embree::LARGEST_COORDINATE;
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{ABSENT, Attribute, Indices};
@@ -31,14 +31,17 @@ pub struct Model {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Warning {
     pub(crate) path: PathBuf,
-    /// From 1.
+    /// From 1; 0 where the file is no text.
     pub(crate) line: usize,
     pub(crate) message: String,
 }
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}:{}: {}", self.path.display(), self.line, self.message)
+        match self.line {
+            0 => write!(f, "{}: {}", self.path.display(), self.message),
+            line => write!(f, "{}:{line}: {}", self.path.display(), self.message),
+        }
     }
 }
 
@@ -56,7 +59,7 @@ pub(crate) enum MeshSource {
 type Read = fn(&Path) -> Result<Model>;
 
 /// The formats of meshes, by the end of a file's name.
-const READERS: &[(&str, Read)] = &[("obj", obj::load)];
+const READERS: &[(&str, Read)] = &[("obj", obj::load), ("ply", ply::load)];
 
 impl MeshSource {
     /// The model. One in memory is checked, as what is built of it relies on its indices.
