@@ -1,7 +1,9 @@
 //! Scenes in files: TOML (described in docs/scene-file.md), the interchange form `scene.json`, or a model alone. Each
 //! format is one reader, in [`READERS`].
 
+mod gltf;
 pub(crate) mod json;
+mod mitsuba;
 mod model;
 pub(crate) mod reference;
 mod sections;
@@ -88,8 +90,15 @@ impl SceneFile {
 type Read = fn(&Path) -> Result<(SceneFile, Vec<String>)>;
 
 /// The formats, by the end of a file's name.
-const READERS: &[(&str, Read)] =
-    &[("toml", toml::read), ("json", json::read), ("obj", model::read), ("ply", model::read)];
+const READERS: &[(&str, Read)] = &[
+    ("toml", toml::read),
+    ("json", json::read),
+    ("obj", model::read),
+    ("ply", model::read),
+    ("xml", mitsuba::read),
+    ("gltf", gltf::read),
+    ("glb", gltf::read),
+];
 
 /// The ends of names that there are readers for, as a sentence lists them.
 fn ends(readers: &[(&str, Read)]) -> String {

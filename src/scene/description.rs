@@ -7,7 +7,7 @@ use crate::error::{Place, SourceLocation};
 use crate::film::FilmSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::texture::{ColorTexture, ImageTexture, ReliefTexture, ScalarTexture};
+use crate::texture::{ColorTexture, EmbeddedPictures, ImageTexture, ReliefTexture, ScalarTexture};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -34,6 +34,8 @@ pub struct SceneDescription {
     /// Materials that a model has to have, and where they are named.
     pub(crate) named_materials: Vec<(String, Place)>,
     pub(crate) lights: Vec<LightDescription>,
+    /// Pictures that textures name and that are in no file of their own.
+    pub(crate) pictures: EmbeddedPictures,
 }
 
 /// How a camera sees.

@@ -46,6 +46,9 @@ pub(super) struct Faces {
     pub(crate) uv_indices: Vec<[u32; 3]>,
 }
 
+/// The triangles of a block, and the texture coordinates of their corners.
+type Part = (Vec<[u32; 3]>, Vec<[f32; 2]>);
+
 /// Reads all faces, which may name the vertices at `positions`.
 ///
 /// # Errors
@@ -84,7 +87,7 @@ pub(super) fn read(
         read(reader, block)?;
         Ok((take(&mut reader.triangles), take(&mut reader.uvs)))
     };
-    let parts: Result<Vec<(Vec<[u32; 3]>, Vec<[f32; 2]>)>, Fault> = blocks.par_iter().map_init(init, part).collect();
+    let parts: Result<Vec<Part>, Fault> = blocks.par_iter().map_init(init, part).collect();
     let (triangles, uvs): (Vec<_>, Vec<_>) = parts?.into_iter().unzip();
     let (triangles, uvs) = (joined(triangles), joined(uvs));
     Ok(if layout.uvs.is_none() { Faces { triangles, ..Faces::default() } } else { with_uvs(triangles, uvs) })
@@ -151,7 +154,8 @@ impl<'a> Reader<'a> {
     #[inline(always)]
     fn triangle(&mut self, corners: [u32; 3], end: usize) -> Result<(), Fault> {
         let count = self.positions.len();
-        if let Some(k) = corners.iter().position(|&corner| corner as usize >= count) {
+        if corners[0].max(corners[1]).max(corners[2]) as usize >= count {
+            let k = corners.iter().position(|&corner| corner as usize >= count).unwrap_or(0);
             let kind = self.layout.element.properties[self.layout.indices].kind;
             let index = if kind == Kind::I32 { f64::from(corners[k] as i32) } else { f64::from(corners[k]) };
             return Err(no_vertex(end - 12 + 4 * k, index, count));

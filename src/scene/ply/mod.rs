@@ -168,7 +168,7 @@ impl File<'_> {
             triangles: faces.triangles,
             normals: of_positions(vertex.layout.normals).map(|indices| Attribute { values: normals, indices }),
             uvs: of_positions(own).map(|indices| Attribute { values: uvs, indices }),
-            colors: (!colors.par_iter().all(|color| *color == [1.0; 3])).then_some(colors),
+            colors: Some(colors).filter(|colors| !colors.is_empty() && !self.says_nothing(colors, vertex)),
         };
         let mut warnings = self.repair(&mut mesh, broken, vertex)?;
         if !faces.uvs.is_empty() {
@@ -181,6 +181,11 @@ impl File<'_> {
         let materials = self.header.texture.iter().map(|name| (String::new(), self.textured(name)));
         let materials: BTreeMap<_, _> = materials.collect();
         Ok(Model { mesh, origin, material_names: vec![String::new()], materials, warnings })
+    }
+
+    /// White throughout is what programs write that know no colours, as bytes.
+    fn says_nothing(&self, colors: &[[f32; 3]], vertex: &Vertex) -> bool {
+        vertex.layout.whole_colors() && colors.par_iter().all(|color| *color == [1.0; 3])
     }
 
     fn textured(&self, name: &str) -> MaterialDescription {

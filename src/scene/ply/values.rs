@@ -136,10 +136,13 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         if list.length != Some(Kind::U8) || !matches!(list.kind, Kind::I32 | Kind::U32) {
             return None;
         }
-        let [3, corners @ ..] = self.bytes.get(self.at..)?.first_chunk::<13>()? else { return None };
+        // spelt out: `map` is not always inlined
+        let &[3, a, b, c, d, e, f, g, h, i, j, k, l] = self.bytes.get(self.at..)?.first_chunk::<13>()? else {
+            return None;
+        };
         self.at += 13;
-        let [a, b, c] = [0, 4, 8].map(|k| [corners[k], corners[k + 1], corners[k + 2], corners[k + 3]]);
-        Some([a, b, c].map(|bytes| if BIG_ENDIAN { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) }))
+        let corner = if BIG_ENDIAN { u32::from_be_bytes } else { u32::from_le_bytes };
+        Some([corner([a, b, c, d]), corner([e, f, g, h]), corner([i, j, k, l])])
     }
 }
 

@@ -61,6 +61,11 @@ impl<'a> Layout<'a> {
         Ok(Layout { element, places, normals, uvs, colors, color_kind })
     }
 
+    /// Whether colours are whole numbers.
+    pub(crate) fn whole_colors(&self) -> bool {
+        self.color_kind.is_whole()
+    }
+
     /// Bytes that a vertex takes in a mesh.
     pub(crate) fn bytes(&self) -> u64 {
         12 + 12 * u64::from(self.normals) + 8 * u64::from(self.uvs) + 12 * u64::from(self.colors)
