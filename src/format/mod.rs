@@ -3,13 +3,14 @@
 
 mod gltf;
 pub(crate) mod json;
-mod mitsuba;
+pub(crate) mod mitsuba;
 mod model;
 pub(crate) mod reference;
 mod sections;
 #[cfg(test)]
 mod tests;
 mod toml;
+pub(crate) mod write;
 
 #[cfg(feature = "lab")]
 pub(crate) use model::whole_file;

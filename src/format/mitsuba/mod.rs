@@ -6,6 +6,7 @@
 mod bsdf;
 mod color;
 mod emitter;
+pub(crate) mod export;
 mod metals;
 mod object;
 mod sensor;
