@@ -18,7 +18,7 @@ use std::time::Instant;
 
 #[derive(Args)]
 pub(crate) struct InfoArguments {
-    /// Scene file (.toml), interchange scene (.json) or model (.obj).
+    /// Scene (.toml, .json, .xml, .gltf, .glb) or model (.obj, .ply).
     scene: PathBuf,
     /// Prints JSON, described in docs/info.md.
     #[arg(long)]

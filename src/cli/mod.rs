@@ -5,6 +5,7 @@
 
 mod amounts;
 mod choices;
+mod convert;
 mod error;
 mod hints;
 mod image;
@@ -48,10 +49,12 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a scene file (.toml, .json) or a bare model (.obj).
+    /// Render a scene (.toml, .json, .xml, .gltf, .glb) or a bare model (.obj, .ply).
     Render(render::RenderArguments),
     /// Print what a scene consists of, as it is understood: triangles, materials, textures, lights, cameras.
     Info(info::InfoArguments),
+    /// Write a scene of any form as a scene file (.toml) or for Mitsuba (.xml), with its meshes beside it.
+    Convert(convert::ConvertArguments),
     /// Make another picture of a rendered EXR: other exposure, tone curve, part, size or layer.
     Image(image::ImageArguments),
     /// Print how far a picture is from a reference, as JSON: MSE, relMSE (all and trimmed), MAPE, SMAPE.
@@ -69,6 +72,7 @@ pub fn run() -> ExitCode {
     let result = match Arguments::try_parse().unwrap_or_else(|error| leave(error)).command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Image(arguments) => image::run(&arguments),
         Command::Error(arguments) => error::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),

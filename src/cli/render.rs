@@ -40,7 +40,7 @@ const EXAMPLES: &str = "Examples:
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct RenderArguments {
-    /// Scene file (.toml), interchange scene (.json) or model (.obj).
+    /// Scene (.toml, .json, .xml, .gltf, .glb) or model (.obj, .ply).
     scene: PathBuf,
     /// Picture to write, .exr (linear, all layers) or .png (sRGB); may be repeated. [default: both, named like the
     /// scene, in the current folder]

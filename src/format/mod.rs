@@ -1,13 +1,16 @@
 //! Scenes in files: TOML (described in docs/scene-file.md), the interchange form `scene.json`, or a model alone. Each
 //! format is one reader, in [`READERS`].
 
+mod gltf;
 pub(crate) mod json;
+pub(crate) mod mitsuba;
 mod model;
 pub(crate) mod reference;
 mod sections;
 #[cfg(test)]
 mod tests;
 mod toml;
+pub(crate) mod write;
 
 #[cfg(feature = "lab")]
 pub(crate) use model::whole_file;
@@ -88,7 +91,24 @@ impl SceneFile {
 type Read = fn(&Path) -> Result<(SceneFile, Vec<String>)>;
 
 /// The formats, by the end of a file's name.
-const READERS: &[(&str, Read)] = &[("toml", toml::read), ("json", json::read), ("obj", model::read)];
+const READERS: &[(&str, Read)] = &[
+    ("toml", toml::read),
+    ("json", json::read),
+    ("obj", model::read),
+    ("ply", model::read),
+    ("xml", mitsuba::read),
+    ("gltf", gltf::read),
+    ("glb", gltf::read),
+];
+
+/// The ends of names that there are readers for, as a sentence lists them.
+fn ends(readers: &[(&str, Read)]) -> String {
+    let ends: Vec<String> = readers.iter().map(|(end, _)| format!(".{end}")).collect();
+    match &ends[..] {
+        [first @ .., last] if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+        _ => ends.concat(),
+    }
+}
 
 /// Reads a scene, by a reader for the end of the file's name. `overrides` are `key=value` as of `--set`, over what the file
 /// says. Also returns warnings.
@@ -129,7 +149,7 @@ fn load_all(
 ) -> Result<(SceneFile, Vec<String>)> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let Some((_, read)) = READERS.iter().find(|(end, _)| *end == extension) else {
-        return Err(Error::file(path, "not a scene: its name must end in .toml, .json or .obj"));
+        return Err(Error::file(path, format!("not a scene: its name must end in {}", ends(READERS))));
     };
     let (mut file, warnings) = read(path)?;
     choose_camera(&mut file.scene, camera).map_err(|message| Error::file(path, message))?;

@@ -6,4 +6,5 @@ pub(crate) mod canon;
 pub(crate) mod clock;
 pub(crate) mod contain;
 pub(crate) mod memory;
+pub(crate) mod paths;
 mod temporary;

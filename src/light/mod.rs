@@ -17,6 +17,7 @@ mod point;
 mod samples;
 mod sky;
 mod source;
+mod spot;
 mod sun;
 #[cfg(test)]
 mod tests;
@@ -49,6 +50,7 @@ lights! {
     "directional" = Directional(directional::DirectionalLight) => directional::DirectionalLight;
     "sun" = Sun(sun::SunLight) => sun::SunDisc;
     "sky" = Sky(sky::SkyLight) => sky::Sky;
+    "spot" = Spot(spot::SpotLightParameters) => spot::SpotLight;
 }
 
 /// How next-event estimation chooses a light.

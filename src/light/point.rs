@@ -86,7 +86,7 @@ impl LightSource for PointLight {
 }
 
 /// Without loss where the square of the length is beyond an `f32`.
-fn unit_and_length(v: Vec3) -> Option<(Vec3, f32)> {
+pub(super) fn unit_and_length(v: Vec3) -> Option<(Vec3, f32)> {
     let wide = v.as_dvec3();
     let length = wide.length();
     (length > 0.0 && length.is_finite()).then(|| ((wide / length).as_vec3(), length as f32))

@@ -7,7 +7,7 @@ use crate::error::{Place, SourceLocation};
 use crate::film::FilmSettings;
 use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::texture::{ColorTexture, ImageTexture, ReliefTexture, ScalarTexture};
+use crate::texture::{ColorTexture, EmbeddedPictures, ImageTexture, ReliefTexture, ScalarTexture};
 use glam::{DAffine3, DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -36,6 +36,8 @@ pub struct SceneDescription {
     pub(crate) lights: Vec<LightDescription>,
     /// Of the first of these lights, in their order, the groups that they are in.
     pub(crate) light_groups: Vec<Option<String>>,
+    /// Pictures that textures name and that are in no file of their own.
+    pub(crate) pictures: EmbeddedPictures,
 }
 
 /// How a camera sees.

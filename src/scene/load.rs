@@ -81,7 +81,7 @@ impl Scene {
             return Err(Error::Scene("the scene has no triangles".into()));
         }
         watch(LoadStage::Textures);
-        let mut cache = TextureCache::default();
+        let mut cache = TextureCache::with(description.pictures.clone());
         assets.stand_in_for_pictures(&mut cache, options.strict)?;
         let LoadedAssets { meshes, hashes, materials, described, mut warnings, description, origin, .. } = assets;
         let description = &description;

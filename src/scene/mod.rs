@@ -1,5 +1,6 @@
 //! From files to an immutable scene.
 
+pub(crate) mod adaptation;
 mod assets;
 mod build;
 mod camera;
@@ -15,10 +16,13 @@ pub(crate) mod model;
 mod names;
 pub mod obj;
 mod origin;
+pub mod ply;
+mod repair;
+mod serialized;
 mod stand_ins;
+mod triangulate;
 mod view;
 
-#[cfg(any(test, feature = "lab"))]
 pub(crate) use assets::LoadedAssets;
 pub use camera::Camera;
 pub(crate) use inventory::{DescribedMaterial, Inventory, MaterialSource, MaterialUse};

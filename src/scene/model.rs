@@ -1,7 +1,8 @@
 //! Meshes from files or from memory. A format of files is one line in [`READERS`].
 
+use super::adaptation::Adaptation;
 use super::description::MaterialDescription;
-use super::obj;
+use super::{obj, ply};
 use crate::embree::LARGEST_COORDINATE;
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{ABSENT, Attribute, Indices};
@@ -33,14 +34,17 @@ pub struct Model {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Warning {
     pub(crate) path: PathBuf,
-    /// From 1.
+    /// From 1; 0 where the file is no text.
     pub(crate) line: usize,
     pub(crate) message: String,
 }
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}:{}: {}", self.path.display(), self.line, self.message)
+        match self.line {
+            0 => write!(f, "{}: {}", self.path.display(), self.message),
+            line => write!(f, "{}:{line}: {}", self.path.display(), self.message),
+        }
     }
 }
 
@@ -49,16 +53,17 @@ impl fmt::Display for Warning {
 pub(crate) enum MeshSource {
     /// A file in one of the formats of [`READERS`].
     File(PathBuf),
+    /// A file whose mesh means something else in the scene that names it.
+    Adapted(PathBuf, Adaptation),
     /// What a reader of another kind of scene has made.
-    #[cfg_attr(not(test), expect(dead_code, reason = "no format of scenes with meshes inside is read yet"))]
     Memory(Arc<Model>),
 }
 
 /// Reads a file of one format.
-type Read = fn(&Path) -> Result<Model>;
+pub(super) type Read = fn(&Path) -> Result<Model>;
 
 /// The formats of meshes, by the end of a file's name.
-const READERS: &[(&str, Read)] = &[("obj", obj::load)];
+const READERS: &[(&str, Read)] = &[("obj", obj::load), ("ply", ply::load)];
 
 impl MeshSource {
     /// The model. One in memory is checked, as what is built of it relies on its indices.
@@ -68,6 +73,7 @@ impl MeshSource {
     pub(super) fn load(&self) -> Result<Cow<'_, Model>> {
         match self {
             MeshSource::File(path) => reader(path)?(path).map(Cow::Owned),
+            MeshSource::Adapted(path, adaptation) => adaptation.load(path).map(Cow::Owned),
             MeshSource::Memory(model) => {
                 check(model).map_err(|message| self.error(message))?;
                 Ok(Cow::Borrowed(&**model))
@@ -78,7 +84,9 @@ impl MeshSource {
     /// What the model is called: its file, without folder and extension.
     pub(super) fn name(&self) -> String {
         match self {
-            MeshSource::File(path) => path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            MeshSource::File(path) | MeshSource::Adapted(path, _) => {
+                path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+            }
             MeshSource::Memory(_) => "mesh".to_string(),
         }
     }
@@ -86,7 +94,7 @@ impl MeshSource {
     /// That the model cannot be used.
     pub(super) fn error(&self, message: impl Into<String>) -> Error {
         match self {
-            MeshSource::File(path) => Error::file(path, message),
+            MeshSource::File(path) | MeshSource::Adapted(path, _) => Error::file(path, message),
             MeshSource::Memory(_) => Error::Scene(format!("a mesh in memory: {}", message.into())),
         }
     }
@@ -94,7 +102,7 @@ impl MeshSource {
     /// The file, where it comes from one.
     pub(crate) fn path(&self) -> Option<&Path> {
         match self {
-            MeshSource::File(path) => Some(path),
+            MeshSource::File(path) | MeshSource::Adapted(path, _) => Some(path),
             MeshSource::Memory(_) => None,
         }
     }
@@ -104,12 +112,13 @@ impl fmt::Debug for MeshSource {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             MeshSource::File(path) => f.debug_tuple("File").field(path).finish(),
+            MeshSource::Adapted(path, adaptation) => f.debug_tuple("Adapted").field(path).field(adaptation).finish(),
             MeshSource::Memory(model) => write!(f, "Memory({} triangles)", model.mesh.triangles.len()),
         }
     }
 }
 
-fn reader(path: &Path) -> Result<Read> {
+pub(super) fn reader(path: &Path) -> Result<Read> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let found = READERS.iter().find(|(end, _)| *end == extension).map(|(_, read)| *read);
     found.ok_or_else(|| {

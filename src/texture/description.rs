@@ -1,7 +1,10 @@
 //! Textures as written.
 
+use crate::image::picture::Picture;
 use crate::math::Rgb;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A colour: constant, from a picture or from the mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +69,17 @@ impl ImageTexture {
     }
 }
 
+/// A picture that is in no file of its own.
+#[derive(Clone, Debug)]
+pub(crate) enum EmbeddedPicture {
+    /// The bytes of a file, of any format that is read but OpenEXR.
+    Encoded(Vec<u8>),
+    Decoded(Picture),
+}
+
+/// Such pictures by the path that stands for each: no file has it.
+pub(crate) type EmbeddedPictures = BTreeMap<PathBuf, Arc<EmbeddedPicture>>;
+
 /// A picture that turns the normals of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReliefTexture {
@@ -80,6 +94,8 @@ pub struct ReliefTexture {
 pub enum ReliefKind {
     /// Normals in the frame of the texture coordinates: red along u, green along v, blue out of the surface; 0.5 is zero.
     Normals,
+    /// The same, but for green, which is along −v.
+    NormalsDown,
     /// Heights out of the surface in units of length.
     Heights,
     /// Heights in widths of a texel.

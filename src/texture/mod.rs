@@ -21,6 +21,7 @@ use std::sync::OnceLock;
 use texels::{Summary, Texels};
 
 pub use description::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
+pub(crate) use description::{EmbeddedPicture, EmbeddedPictures};
 pub(crate) use relief::{Relief, Tangents};
 pub(crate) use scalar::ScalarMap;
 
@@ -242,20 +243,37 @@ pub(crate) struct TextureCache {
     indices: FxHashMap<(PathBuf, Option<String>), usize>,
     /// What a user should know of how files were read.
     notes: Vec<String>,
+    /// Pictures that are looked for here before they are looked for in files.
+    embedded: EmbeddedPictures,
 }
 
 impl TextureCache {
+    /// One that knows these pictures beside those in files.
+    pub(crate) fn with(embedded: EmbeddedPictures) -> TextureCache {
+        TextureCache { embedded, ..TextureCache::default() }
+    }
+
     /// Index of the texture of this file, which is loaded when first asked for.
     ///
     /// # Errors
     /// As of [`Texture::load`]; the next call tries again.
     pub(crate) fn get(&mut self, path: &Path) -> Result<usize> {
-        let (file, layer) = picture::split_layer(path);
-        let real = (file.canonicalize().map_err(Error::io(&file))?, layer);
+        let embedded = self.embedded.get(path).cloned();
+        let real = match &embedded {
+            Some(_) => (path.to_path_buf(), None),
+            None => {
+                let (file, layer) = picture::split_layer(path);
+                (file.canonicalize().map_err(Error::io(&file))?, layer)
+            }
+        };
         if let Some(&index) = self.indices.get(&real) {
             return Ok(index);
         }
-        let mut picture = picture::load(path)?;
+        let mut picture = match embedded.as_deref() {
+            None => picture::load(path)?,
+            Some(EmbeddedPicture::Encoded(bytes)) => picture::load_bytes(path, bytes)?,
+            Some(EmbeddedPicture::Decoded(picture)) => picture.clone(),
+        };
         self.notes.extend(picture.notes.drain(..).map(|note| format!("{}: {note}", path.display())));
         self.textures.push(Texture::new(picture.into()));
         self.indices.insert(real, self.textures.len() - 1);

@@ -73,9 +73,10 @@ impl Relief {
         let across = n.cross(t);
         let b = across * across.dot(tangents.along_v).signum();
         let m = match self.kind {
-            ReliefKind::Normals => {
+            ReliefKind::Normals | ReliefKind::NormalsDown => {
                 let m = self.map.stored_color(textures, uv) * 2.0 - Rgb::ONE;
-                Vec3::new(m.x * self.strength, m.y * self.strength, m.z.max(0.0))
+                let up = if self.kind == ReliefKind::Normals { m.y } else { -m.y };
+                Vec3::new(m.x * self.strength, up * self.strength, m.z.max(0.0))
             }
             _ => {
                 let [x, y] = self.map.steps(textures, uv);

@@ -13,13 +13,16 @@ use phototaxis::lab::compare::store::Store;
 use phototaxis::math::rng::Rng;
 use phototaxis::math::warp;
 use phototaxis::render::guide_file::{self as guide_file, GuideFingerprint};
-use phototaxis::scene::obj;
+use phototaxis::scene::{obj, ply};
 use phototaxis::texture::Texture;
 use std::path::{Path, PathBuf};
 
 /// All kinds, each with the divisor of how many inputs it gets: a whole scene takes as long as a hundred files.
-pub const LOADERS: [(&str, u64); 11] = [
+pub const LOADERS: [(&str, u64); 14] = [
     ("obj", 1),
+    ("ply", 1),
+    ("xml", 1),
+    ("gltf", 1),
     ("mtl", 1),
     ("toml", 1),
     ("json", 1),
@@ -51,6 +54,9 @@ impl Loader {
         let text = |files: &[&str]| files.iter().map(|file| file.as_bytes().to_vec()).collect();
         let seeds = match name {
             "obj" => text(&seeds::OBJ),
+            "ply" => seeds::ply(),
+            "xml" => text(&seeds::XML),
+            "gltf" => text(&[seeds::GLTF]),
             "mtl" => text(&seeds::MTL),
             "toml" => text(&seeds::TOML),
             "scene" => text(&seeds::TOML[1..]),
@@ -78,6 +84,9 @@ impl Loader {
     pub fn input(&self, index: u64) -> Vec<u8> {
         let (words, text): (&[&[u8]], bool) = match self.name {
             "obj" => (&seeds::OBJ_WORDS, true),
+            "ply" => (&seeds::PLY_WORDS, false),
+            "xml" => (&seeds::XML_WORDS, true),
+            "gltf" => (&seeds::GLTF_WORDS, true),
             "mtl" => (&seeds::MTL_WORDS, true),
             "toml" | "scene" => (&seeds::TOML_WORDS, true),
             "json" => (&seeds::JSON_WORDS, true),
@@ -106,7 +115,8 @@ impl Loader {
         match self.name {
             "obj" => obj::load(&path).map(drop).map_err(refused),
             "mtl" => obj::load(&self.folder.join("input.obj")).map(drop).map_err(refused),
-            "toml" | "json" => scene_file::load(&path, &[]).map(drop).map_err(refused),
+            "ply" => ply::load(&path).map(drop).map_err(refused),
+            "toml" | "json" | "xml" | "gltf" => scene_file::load(&path, &[]).map(drop).map_err(refused),
             "scene" => {
                 let (description, _) = scene_file::load(&path, &[]).map_err(refused)?;
                 description.load_scene(1).map(drop).map_err(refused)

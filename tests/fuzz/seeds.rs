@@ -283,3 +283,113 @@ pub fn write_companions(folder: &Path) {
     write("input.obj", format!("mtllib input.mtl\n{}usemtl glow\nf 1 2 3\n", OBJ[0]).as_bytes());
     write("input.mtl", MTL.concat().as_bytes());
 }
+
+/// A quadrilateral and a triangle in ASCII, and in both byte orders.
+pub fn ply() -> Vec<Vec<u8>> {
+    let header = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\ncomment TextureFile a.png\nelement vertex 4\nproperty float x\nproperty double y\nproperty short \
+             z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\nproperty list uchar int \
+             vertex_indices\nend_header\n"
+        )
+    };
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let faces: [&[i32]; 2] = [&[0, 1, 2, 3], &[0, 1, 2]];
+    let mut ascii = header("ascii");
+    corners.iter().for_each(|[x, y]| ascii += &format!("{x} {y} 0 255 128 0\n"));
+    ascii += "4 0 1 2 3\n3 0 1 2\n";
+    let binary = |format: &str, big: bool| {
+        let mut bytes = header(format).into_bytes();
+        let mut put = |number: &[u8]| {
+            if big { bytes.extend(number.iter().rev()) } else { bytes.extend(number) }
+        };
+        for [x, y] in corners {
+            put(&(x as f32).to_le_bytes());
+            put(&f64::to_le_bytes(y));
+            [0, 0, 255, 128, 0].iter().for_each(|byte: &u8| put(&[*byte]));
+        }
+        for face in faces {
+            put(&[face.len() as u8]);
+            face.iter().for_each(|index| put(&index.to_le_bytes()));
+        }
+        bytes
+    };
+    vec![ascii.into_bytes(), binary("binary_little_endian", false), binary("binary_big_endian", true)]
+}
+
+pub const PLY_WORDS: [&[u8]; 14] = [
+    b"ply\n",
+    b"format ascii 1.0\n",
+    b"format binary_big_endian 1.0\n",
+    b"element vertex 4294967295\n",
+    b"element face 1\n",
+    b"property list uint double vertex_index\n",
+    b"property list uchar float texcoord\n",
+    b"property char nx\n",
+    b"end_header\n",
+    b"\r",
+    b"\xff\xff\xff\xff",
+    b"\0\0\0\0",
+    b"nan ",
+    b"-1 ",
+];
+
+pub const XML: [&str; 2] = [
+    "<scene version=\"3.0.0\"><default name=\"n\" value=\"4\"/><integrator type=\"path\"><integer name=\"max_depth\" value=\"$n\"/></integrator>\
+     <sensor type=\"thinlens\"><float name=\"fov\" value=\"40\"/><transform name=\"to_world\"><lookat origin=\"0,0,5\" target=\"0,0,0\" up=\"0,1,0\"/>\
+     </transform><film type=\"hdrfilm\"><integer name=\"width\" value=\"8\"/></film></sensor><bsdf type=\"twosided\" id=\"b\"><bsdf type=\"roughconductor\">\
+     <string name=\"material\" value=\"Cu\"/><float name=\"alpha\" value=\"0.2\"/></bsdf></bsdf><shape type=\"sphere\"><ref id=\"b\"/></shape>\
+     <shape type=\"cylinder\"><emitter type=\"area\"><spectrum name=\"radiance\" value=\"400:1, 700:2\"/></emitter></shape></scene>\n",
+    "<scene version=\"0.6.0\"><shape type=\"obj\"><string name=\"filename\" value=\"input.obj\"/><transform name=\"toWorld\"><scale value=\"2\"/>\
+     <rotate y=\"1\" angle=\"30\"/><matrix value=\"1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\"/></transform><bsdf type=\"plastic\"><texture type=\"bitmap\" \
+     name=\"diffuseReflectance\"><string name=\"filename\" value=\"a.png\"/></texture></bsdf></shape><emitter type=\"spot\"/></scene>\n",
+];
+
+pub const XML_WORDS: [&[u8]; 20] = [
+    b"<shape type=\"disk\">",
+    b"</shape>",
+    b"<bsdf type=\"mask\">",
+    b"</bsdf>",
+    b"<ref id=\"b\"/>",
+    b"<include filename=\"input.xml\"/>",
+    b"<default name=\"n\" value=\"$n$n\"/>",
+    b"$n",
+    b"&amp;",
+    b"<!DOCTYPE a [<!ENTITY b \"c\">]>",
+    b"<![CDATA[",
+    b"value=\"1e39\"",
+    b"value=\"-1\"",
+    b"value=\"#ffffff\"",
+    b"<transform name=\"to_world\">",
+    b"<scale value=\"0\"/>",
+    b"<emitter type=\"point\"/>",
+    b"<sensor type=\"perspective\"/>",
+    b"\"",
+    b"/>",
+];
+
+pub const GLTF: &str = "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/octet-stream;base64,\
+    AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"accessors\":[{\"bufferView\":0,\
+    \"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[1,1,0]}],\"materials\":[{\"alphaMode\":\"BLEND\",\
+    \"pbrMetallicRoughness\":{\"baseColorFactor\":[1,1,1,0.5]},\"emissiveFactor\":[1,1,1]}],\"meshes\":[{\"primitives\":[{\"attributes\":\
+    {\"POSITION\":0},\"material\":0}]}],\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":1,\"znear\":0.1}}],\
+    \"nodes\":[{\"mesh\":0,\"children\":[1]},{\"camera\":0,\"translation\":[0,0,3]}],\"scenes\":[{\"nodes\":[0]}],\"scene\":0}";
+
+pub const GLTF_WORDS: [&[u8]; 16] = [
+    b"\"byteOffset\":4294967295",
+    b"\"byteStride\":4",
+    b"\"count\":4294967296",
+    b"\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":0,\"componentType\":5125},\"values\":{\"bufferView\":0}},",
+    b"\"indices\":0",
+    b"\"mode\":5",
+    b"\"children\":[0]",
+    b"\"matrix\":[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1]",
+    b"\"type\":\"SCALAR\"",
+    b"\"componentType\":5121",
+    b"1e39",
+    b"-1",
+    b"null",
+    b"[]",
+    b"{}",
+    b",",
+];

@@ -117,6 +117,7 @@ fn glow(emission: Rgb, map: &ImageTexture) -> Value {
 fn relief(relief: &ReliefTexture) -> (&'static str, Value) {
     let (key, strength) = match relief.kind {
         ReliefKind::Normals => ("normal_map", "strength"),
+        ReliefKind::NormalsDown => ("normal_map_with_green_down", "strength"),
         ReliefKind::Heights => ("bump_map", "height"),
         ReliefKind::TexelHeights => ("bump_map", "height_in_texels"),
         ReliefKind::NormalsOrTexelHeights => ("normal_or_bump_map", "strength"),

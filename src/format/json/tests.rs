@@ -83,7 +83,7 @@ fn faults_have_a_place() {
         ("\"phong\"", "\"ward\"", "9:21: unknown type `ward` in material `Shiny`"),
         ("\"nearest\"", "\"none\"", "6:79: unknown filter `none`"),
         ("\"Lamp\":", "\"Wall\":", "7:3: duplicate key `Wall`"),
-        ("\"envmap\"", "\"spot\"", "14:12: unknown type `spot` in emitter: known are `constant`, `environment`"),
+        ("\"envmap\"", "\"neon\"", "14:12: unknown type `neon` in emitter: known are `constant`, `environment`"),
         ("\"anisotropic\"", "\"spec_trans\"", "10:81: material `Car` transmits light"),
         ("\"target\": [0, 1, 4]", "\"target\": null", "3:44: `target` must be an array of 3 numbers"),
     ];

@@ -15,7 +15,7 @@ use std::path::Path;
 const SCALE: Bounds = Bounds::new(|x| x != 0.0 && x.abs() <= 1e18, "other than 0 and between -1e18 and 1e18");
 
 pub(in crate::format) fn mesh(t: &mut Reader, base: &Path) -> Result<MeshDescription, Fault> {
-    let path = t.path(key("path", "an OBJ file").required(), base)?.unwrap_or_default();
+    let path = t.path(key("path", "an OBJ or PLY file").required(), base)?.unwrap_or_default();
     let transform = transform(t)?;
     let material = t.string(key("material", "replaces every material of the file").optional())?;
     let meaning = "makes the mesh part of this group: it is seen only where an `[[instance]]` of the group stands, and the \

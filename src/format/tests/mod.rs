@@ -1,3 +1,4 @@
+pub(super) mod blocks;
 mod faults;
 mod names;
 mod reference_page;
@@ -214,7 +215,7 @@ fn an_obj_alone_is_a_scene() {
     assert_eq!(file.scene.meshes[0].source.path(), Some(Path::new("dir/a.OBJ")));
     assert_eq!((file.scene.camera, file.render.spp), (None, 7));
     let error = load(Path::new("a.blend"), &[]).unwrap_err().to_string();
-    assert_eq!(error, "a.blend: not a scene: its name must end in .toml, .json or .obj");
+    assert_eq!(error, "a.blend: not a scene: its name must end in .toml, .json, .obj, .ply, .xml, .gltf or .glb");
     let error = parse("", Path::new("s.toml"), &[]).unwrap().1;
     assert_eq!(error, ["the scene has no [[mesh]]: only its background will be seen"]);
 }

@@ -33,6 +33,7 @@ const MINIMAL: &[(&str, &str)] = &[
     ("directional", "[[light]]\ntype = 'directional'\ndirection = [0, 1, 0]\nirradiance = 1\n"),
     ("sun", "[[light]]\ntype = 'sun'\ndirection = [0, -1, 0]\nirradiance = 1\n"),
     ("sky", "[[light]]\ntype = 'sky'\nsun_direction = [0, 1, 0]\n"),
+    ("spot", "[[light]]\ntype = 'spot'\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\nintensity = 1\n"),
     ("[integrator]", "[integrator]\n"),
     ("[guiding]", "[guiding]\n"),
     ("[render]", "[render]\n"),

@@ -10,7 +10,7 @@ use crate::{Error, Result};
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 use std::fs::File;
-use std::io::{BufRead, BufReader, ErrorKind, Seek};
+use std::io::{BufRead, BufReader, Cursor, ErrorKind, Seek};
 use std::path::{Path, PathBuf};
 
 /// Decoded pictures above this are refused.
@@ -38,6 +38,20 @@ pub(crate) fn load(path: &Path) -> Result<Picture> {
         return contain(path, || from_radiance(path, file, length));
     }
     let format = guess(head).ok_or_else(|| Error::file(path, format!("no picture that can be read: not {FORMATS}")))?;
+    contain(path, || decode(path, file, format, length))
+}
+
+/// As [`load`], of a file whose bytes are in memory; `path` names it in errors. OpenEXR is not read so.
+///
+/// # Errors
+/// As of [`load`].
+pub(crate) fn load_bytes(path: &Path, bytes: &[u8]) -> Result<Picture> {
+    let (length, file) = (bytes.len() as u64, Cursor::new(bytes));
+    if bytes.starts_with(RADIANCE_MAGIC) {
+        return contain(path, || from_radiance(path, file, length));
+    }
+    let unknown = || Error::file(path, format!("no picture that can be read: not {FORMATS}"));
+    let format = guess(bytes).filter(|_| !bytes.starts_with(&EXR_MAGIC)).ok_or_else(unknown)?;
     contain(path, || decode(path, file, format, length))
 }
 

@@ -9,7 +9,7 @@ mod load;
 mod tests;
 mod transfer;
 
-pub(crate) use load::{load, split_layer};
+pub(crate) use load::{load, load_bytes, split_layer};
 
 use crate::math::Rgb;
 use std::sync::Arc;

@@ -39,6 +39,7 @@ impl CanonicalFields<'_> {
             ReliefKind::Heights => 6,
             ReliefKind::TexelHeights => 7,
             ReliefKind::NormalsOrTexelHeights => 8,
+            ReliefKind::NormalsDown => 9,
         });
         self.canon.floats([*strength]);
         self.image(9, image)

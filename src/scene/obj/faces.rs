@@ -4,8 +4,8 @@ use super::attributes::changed;
 use super::lines::{self, Fields, Lines};
 use super::scan::Counts;
 use super::source::Fault;
-use super::triangulate::{self, LARGEST_CONCAVE};
 use crate::geometry::mesh::ABSENT;
+use crate::scene::triangulate::{self, LARGEST_CONCAVE};
 
 /// The parts of the mesh's index arrays that a block fills. Those of an attribute the file has none of are empty.
 ///

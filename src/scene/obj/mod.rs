@@ -13,13 +13,11 @@ mod colors;
 mod faces;
 mod lines;
 mod mtl;
-mod paths;
 mod repair;
 mod report;
 mod scan;
 mod smooth;
 mod source;
-mod triangulate;
 
 #[cfg(test)]
 mod tests;
@@ -111,7 +109,7 @@ fn load_parts(
         origin += used;
         read_positions(source, blocks, &parts, &mut mesh.positions, origin)?;
         read_faces(source, blocks, &parts, &mut mesh)?;
-        drop_unused(&mut mesh);
+        crate::scene::repair::drop_unused(&mut mesh);
     }
     repair::repair(&mut mesh, &broken, reporter)?;
     smooth::smooth(&mut mesh, &census.smoothing)?;
@@ -181,15 +179,6 @@ fn read_attributes(
     let (broken, colors): (Vec<_>, Vec<_>) = source.each_block(tasks, attributes::read)?.into_iter().unzip();
     let colors = starts.iter().map(|(before, _)| before.positions).zip(colors).collect();
     Ok((attributes::BrokenValues::merge(starts.into_iter().zip(broken)), colors))
-}
-
-/// Puts vertices that no triangle uses to where one is, so that they have no part in what the model spans.
-fn drop_unused(mesh: &mut Mesh) {
-    let mut used = vec![false; mesh.positions.len()];
-    mesh.triangles.iter().flatten().for_each(|&i| used[i as usize] = true);
-    let Some(first) = used.iter().position(|&used| used) else { return };
-    let harmless = mesh.positions[first];
-    mesh.positions.iter_mut().zip(used).filter(|(_, used)| !used).for_each(|(p, _)| *p = harmless);
 }
 
 /// Reads the positions anew, in double precision and from `origin` on.

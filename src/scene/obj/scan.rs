@@ -1,7 +1,7 @@
 //! First pass: how much of everything a block holds, and the statements that are not numbers.
 
 use super::lines::{self, Lines};
-use super::paths;
+use crate::io::paths;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -3,6 +3,7 @@
 mod bench;
 mod commands;
 mod compare;
+mod convert;
 mod extremes;
 mod faults;
 mod gallery;

@@ -1,17 +1,13 @@
 //! Mitsuba 3 on the same work: its path tracer, in its scalar and its vectorised variant.
 //!
-//! The scene is written as files of Mitsuba's ([`translation`]), or refused where Mitsuba has no counterpart of
+//! The scene is written as files of Mitsuba's ([`Translation`]), or refused where Mitsuba has no counterpart of
 //! something in it. One Python process for each variant loads it once, and renders whenever its turn comes.
 //! `docs/performance.md` says what is not the same.
 
 mod agreement;
-mod material;
-mod meshes;
 mod process;
 #[cfg(test)]
 mod tests;
-mod translation;
-mod xml;
 
 pub(crate) use agreement::Agreement;
 
@@ -19,6 +15,7 @@ use super::own::{OurFigures, Own};
 use super::{median, settings};
 use crate::film::accumulate::Estimate;
 use crate::format::SceneFile;
+use crate::format::mitsuba::export::Translation;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::exr::{self, Metadata, Window, read_rgb};
 use crate::image::{Image, Layer, ViewTransform, png};
@@ -30,7 +27,6 @@ use process::{Process, Started, Timing};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
-use translation::Translation;
 
 /// The variants that are measured.
 pub(crate) const VARIANTS: [&str; 2] = ["scalar_rgb", "llvm_ad_rgb"];

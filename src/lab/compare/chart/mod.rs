@@ -13,7 +13,6 @@ mod svg;
 pub(crate) use plot::{Labels, Point, Series, plot};
 pub(crate) use raster::png;
 pub(crate) use stack::{Sheet, Stack, stacks};
-pub(crate) use svg::escape;
 
 use super::cell::Cell;
 use super::plan::Plan;

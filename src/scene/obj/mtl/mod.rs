@@ -12,11 +12,11 @@ mod tests;
 
 use super::Warning;
 use super::lines::{self, Lines};
-use super::paths;
 use super::report::Reporter;
 use super::source::Fault;
 use crate::error::{Error, Result};
 use crate::io::memory;
+use crate::io::paths;
 use crate::scene::description::MaterialDescription;
 use record::Record;
 use std::collections::{BTreeMap, BTreeSet};

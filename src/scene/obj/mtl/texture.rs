@@ -1,9 +1,9 @@
 //! Texture statements: options, then a file name that may hold blanks.
 
 use super::super::lines;
-use super::super::paths;
 use super::super::source::Fault;
 use super::Notes;
+use crate::io::paths;
 use crate::math::Rgb;
 use crate::texture::{ImageTexture, ScalarTexture};
 use std::path::Path;

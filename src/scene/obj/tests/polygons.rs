@@ -1,6 +1,6 @@
 //! Triangulation.
 
-use super::super::triangulate::{LARGEST_CONCAVE, triangulate};
+use crate::scene::triangulate::{LARGEST_CONCAVE, triangulate};
 use glam::{DVec2, DVec3, Vec3};
 use proptest::prelude::*;
 use std::f64::consts::TAU;

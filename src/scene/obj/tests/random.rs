@@ -1,9 +1,9 @@
 //! Random files: legal ones load to what they were made from, others do not panic.
 
-use super::super::triangulate::triangulate;
 use super::{load_text, triples};
 use crate::geometry::mesh::ABSENT;
 use crate::math::rng::Rng;
+use crate::scene::triangulate::triangulate;
 use proptest::prelude::*;
 use std::fmt::Write;
 

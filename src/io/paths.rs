@@ -6,13 +6,13 @@ use std::path::{Component, Path, PathBuf};
 
 /// The file that `name`, written in a file in `folder`, means; where there is none, the path where it would be. Names are bytes:
 /// a file is found by those that it has on disk, whatever encoding they were written in.
-pub(super) fn resolve(folder: &Path, name: &[u8]) -> PathBuf {
+pub(crate) fn resolve(folder: &Path, name: &[u8]) -> PathBuf {
     find(folder, name).unwrap_or_else(|| folder.join(os(&slashed(name))))
 }
 
 /// The existing file that `name`, written in a file in `folder`, means: tried as written, with `\` for `/`, without
 /// regard to case, and, if it is an absolute path, as a file of that name in `folder`.
-pub(super) fn find(folder: &Path, name: &[u8]) -> Option<PathBuf> {
+pub(crate) fn find(folder: &Path, name: &[u8]) -> Option<PathBuf> {
     let exact = folder.join(os(name));
     if exact.is_file() {
         return Some(exact);
@@ -37,7 +37,7 @@ fn slashed(name: &[u8]) -> Vec<u8> {
 }
 
 /// A name without the double quotes that some programs put around names with blanks.
-pub(super) fn unquoted(name: &[u8]) -> &[u8] {
+pub(crate) fn unquoted(name: &[u8]) -> &[u8] {
     name.strip_prefix(b"\"").and_then(|rest| rest.strip_suffix(b"\"")).unwrap_or(name)
 }
 

@@ -1,6 +1,5 @@
 //! As much of XML as a scene of Mitsuba's takes.
 
-use crate::lab::compare::chart::escape;
 use crate::math::Rgb;
 use glam::Vec3;
 use std::fmt::{self, Display, Formatter};
@@ -73,6 +72,12 @@ impl Display for Element {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         self.write(f, 0)
     }
+}
+
+/// Text as it stands in an attribute.
+fn escape(text: &str) -> String {
+    let visible: String = text.chars().filter(|c| !c.is_control()).collect();
+    visible.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// Three numbers as Mitsuba takes them.

@@ -1,7 +1,9 @@
 //! The scene as files of Mitsuba's: one XML and an OBJ for each material.
 
-use super::xml::{Element, numbers};
-use super::{material, meshes};
+mod material;
+mod meshes;
+mod xml;
+
 use crate::film::Filter;
 use crate::format::SceneFile;
 use crate::guiding::settings::GuidingMethod;
@@ -16,6 +18,7 @@ use crate::texture::TextureCache;
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};
 use std::path::{Path, PathBuf};
+use xml::{Element, numbers};
 
 /// What both renderers are told.
 pub(crate) struct Translation {
@@ -33,24 +36,34 @@ const FAR: f32 = 100.0;
 const UNLIMITED: u32 = 1 << 20;
 
 impl Translation {
-    /// Writes the scene into `folder`.
+    /// Writes the scene into `folder`, as `scene.xml` and its parts.
+    ///
+    /// # Errors
+    /// As of [`Translation::write_as`].
+    pub(crate) fn write(description: &SceneFile, spp: u32, folder: &Path) -> Result<Translation> {
+        Translation::write_as(description, spp, &folder.join("scene.xml"), "")
+    }
+
+    /// Writes the scene as `file`; names of its parts, which go from that file's folder, begin with `prefix`.
     ///
     /// # Errors
     /// [`Error::Scene`] names what Mitsuba has no counterpart of.
-    pub(crate) fn write(description: &SceneFile, spp: u32, folder: &Path) -> Result<Translation> {
+    pub(crate) fn write_as(description: &SceneFile, spp: u32, file: &Path, prefix: &str) -> Result<Translation> {
+        if !description.scene.pictures.is_empty() {
+            return Err(unknown("pictures that are in no file (a scene file of this program's own can have them)"));
+        }
         let mut gathered = LoadedAssets::of(&description.scene)?;
-        gathered.stand_in_for_pictures(&mut TextureCache::default(), false)?;
+        gathered.stand_in_for_pictures(&mut TextureCache::with(description.scene.pictures.clone()), false)?;
         let counted = SceneFile { scene: gathered.description.clone(), ..description.clone() };
         let description = same_work(&counted, &gathered, spp)?;
         let mut root = Element::new("scene").attribute("version", "3.0.0").child(integrator(&description));
-        root = root.child(sensor(&description, &gathered)?);
+        root = root.child(sensor(&description, &gathered, spp)?);
         for light in &description.scene.lights {
             root = root.child(emitter(light)?);
         }
-        root = surfaces(root, &gathered, folder)?;
-        let file = folder.join("scene.xml");
-        write_atomically(&file, |out| out.write_all(root.to_string().as_bytes()))?;
-        Ok(Translation { description, file })
+        root = surfaces(root, &gathered, (file, prefix))?;
+        write_atomically(file, |out| out.write_all(root.to_string().as_bytes()))?;
+        Ok(Translation { description, file: file.to_path_buf() })
     }
 }
 
@@ -111,7 +124,7 @@ fn integrator(description: &SceneFile) -> Element {
     path.integer("rr_depth", i64::from(start))
 }
 
-fn sensor(description: &SceneFile, gathered: &LoadedAssets) -> Result<Element> {
+fn sensor(description: &SceneFile, gathered: &LoadedAssets, spp: u32) -> Result<Element> {
     let camera = camera(description, gathered);
     let (low, high) = bounds(gathered);
     let eye = camera.origin.as_vec3();
@@ -139,7 +152,7 @@ fn sensor(description: &SceneFile, gathered: &LoadedAssets) -> Result<Element> {
         .float("near_clip", NEAR * size)
         .float("far_clip", FAR * size)
         .child(placed.child(look))
-        .child(Element::new("sampler").kind("independent"))
+        .child(Element::new("sampler").kind("independent").integer("sample_count", i64::from(spp)))
         .child(film))
 }
 
@@ -181,7 +194,7 @@ fn transform(to_world: &Affine3A) -> Element {
 
 /// Materials, and the meshes that have them. What emits has no normals at corners: Mitsuba would take them for the
 /// triangles' own in light's density and cosine.
-fn surfaces(mut root: Element, gathered: &LoadedAssets, folder: &Path) -> Result<Element> {
+fn surfaces(mut root: Element, gathered: &LoadedAssets, (scene, prefix): (&Path, &str)) -> Result<Element> {
     let emission = |material: u32| gathered.materials[material as usize].emission;
     let parts = meshes::parts(&gathered.meshes, |material| emission(material) != Rgb::ZERO);
     let mut known = None;
@@ -193,9 +206,9 @@ fn surfaces(mut root: Element, gathered: &LoadedAssets, folder: &Path) -> Result
             let bsdf = material::bsdf(description, &id);
             root = root.child(bsdf.map_err(|what| unknown(format!("material `{name}`: {what}")))?);
         }
-        let file = format!("part-{k}.obj");
+        let file = format!("{prefix}part-{k}.obj");
         let textured = material::textured(description);
-        write_atomically(&folder.join(&file), |out| meshes::write(out, &gathered.meshes, part, textured))?;
+        write_atomically(&scene.with_file_name(&file), |out| meshes::write(out, &gathered.meshes, part, textured))?;
         let mut shape = Element::new("shape").kind("obj").string("filename", &file);
         shape = shape.value("boolean", "face_normals", !part.smooth);
         shape = shape.child(Element::new("ref").attribute("id", &id));

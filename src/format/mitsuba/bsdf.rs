@@ -1,0 +1,336 @@
+//! Materials.
+
+use super::metals;
+use super::object::{Object, Objects};
+use super::texture::Textures;
+use crate::Result;
+use crate::bsdf::{
+    BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, DiffuseTransmitterParameters,
+    MicrofacetDistribution, NullParameters, PlasticParameters, PrincipledMaps, PrincipledParameters,
+};
+use crate::math::Rgb;
+use crate::scene::description::MaterialDescription;
+use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
+use std::rc::Rc;
+
+/// BSDFs may be within each other so deep.
+const DEEPEST: usize = 16;
+
+/// Reads materials.
+pub(super) struct Materials<'a> {
+    pub(crate) objects: &'a Objects,
+    pub(crate) textures: &'a Textures<'a>,
+}
+
+impl Materials<'_> {
+    /// The material of a shape that says nothing of it: a lamp reflects nothing.
+    pub(crate) fn default_material(shines: bool) -> MaterialDescription {
+        one_sided(DiffuseParameters { reflectance: ColorTexture::grey(if shines { 0.0 } else { 0.5 }) })
+    }
+
+    pub(crate) fn material(&self, bsdf: &Rc<Object>) -> Result<MaterialDescription> {
+        self.nested(bsdf, 0)
+    }
+
+    fn nested(&self, bsdf: &Rc<Object>, depth: usize) -> Result<MaterialDescription> {
+        if depth > DEEPEST {
+            return Err(bsdf.error("this bsdf is within itself"));
+        }
+        let inner = || {
+            let found = self.objects.child(bsdf, "bsdf")?;
+            let found = found.ok_or_else(|| bsdf.error(format!("the {} needs another bsdf", bsdf.label())))?;
+            self.nested(&found, depth + 1)
+        };
+        let material = match bsdf.kind.as_str() {
+            "twosided" => {
+                if self.objects.children(bsdf, "bsdf")?.len() > 1 {
+                    self.objects.warn(&bsdf.at, "both sides have the first bsdf of this `twosided`");
+                }
+                MaterialDescription { two_sided: true, ..inner()? }
+            }
+            "mask" => {
+                let opacity = self.textures.scalar(bsdf, "opacity", 0.5)?;
+                MaterialDescription { opacity: Some(opacity), ..inner()? }
+            }
+            "bumpmap" => {
+                let relief = self.relief(bsdf, ReliefKind::Heights)?;
+                MaterialDescription { relief, ..inner()? }
+            }
+            "normalmap" => {
+                let relief = self.relief(bsdf, ReliefKind::Normals)?;
+                MaterialDescription { relief, ..inner()? }
+            }
+            "blendbsdf" => self.blend(bsdf, depth)?,
+            "coating" | "roughcoating" => {
+                self.replaced(bsdf, "what it coats is taken without the coat");
+                bsdf.ignore(&[
+                    "int_ior",
+                    "ext_ior",
+                    "thickness",
+                    "sigma_a",
+                    "alpha",
+                    "distribution",
+                    "specular_reflectance",
+                ]);
+                inner()?
+            }
+            _ => self.single(bsdf)?,
+        };
+        self.objects.finish(bsdf);
+        Ok(material)
+    }
+
+    fn replaced(&self, bsdf: &Object, what: &str) {
+        self.objects.warn(&bsdf.at, format!("the {} has no counterpart: {what}", bsdf.label()));
+    }
+
+    /// The picture of heights or of normals.
+    fn relief(&self, bsdf: &Object, kind: ReliefKind) -> Result<Option<ReliefTexture>> {
+        let missing = || bsdf.error(format!("the {} needs a texture", bsdf.label()));
+        let texture = self.objects.child(bsdf, "texture")?.ok_or_else(missing)?;
+        let image = self.textures.picture(&texture)?;
+        let tinted = f64::from(crate::math::luminance(image.tint));
+        let strength = (bsdf.number("scale", 1.0)? * tinted) as f32;
+        bsdf.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
+        Ok(Some(ReliefTexture { image: ImageTexture { tint: Rgb::ONE, ..image }, kind, strength }))
+    }
+
+    /// Two materials side by side. Constant diffuse ones are one diffuse one; beside nothing the other is partly there.
+    fn blend(&self, bsdf: &Rc<Object>, depth: usize) -> Result<MaterialDescription> {
+        let children = self.objects.children(bsdf, "bsdf")?;
+        let [(_, first), (_, second)] = &children[..] else {
+            return Err(bsdf.error("`blendbsdf` needs two bsdfs"));
+        };
+        let weight = self.textures.scalar(bsdf, "weight", 0.5)?;
+        let (first, second) = (self.nested(first, depth + 1)?, self.nested(second, depth + 1)?);
+        if let ScalarTexture::Constant(share) = weight
+            && let Some(mixed) = mixed(&first, &second, share)
+        {
+            return Ok(mixed);
+        }
+        match (&first.bsdf, &second.bsdf, &weight) {
+            (BsdfDescription::Null(_), _, _) if second.opacity.is_none() => {
+                return Ok(MaterialDescription { opacity: Some(weight), ..second });
+            }
+            (_, BsdfDescription::Null(_), &ScalarTexture::Constant(share)) if first.opacity.is_none() => {
+                return Ok(MaterialDescription { opacity: Some(ScalarTexture::Constant(1.0 - share)), ..first });
+            }
+            _ => (),
+        }
+        let second_counts = matches!(weight, ScalarTexture::Constant(share) if share > 0.5);
+        self.replaced(bsdf, if second_counts { "its second bsdf is taken" } else { "its first bsdf is taken" });
+        Ok(if second_counts { second } else { first })
+    }
+
+    fn single(&self, bsdf: &Rc<Object>) -> Result<MaterialDescription> {
+        bsdf.ignore(&["sample_visible", "specular_sampling_weight", "diffuse_sampling_weight"]);
+        Ok(match bsdf.kind.as_str() {
+            "diffuse" => one_sided(self.diffuse(bsdf)?),
+            "roughdiffuse" | "oren_nayar" => {
+                self.replaced(bsdf, "`diffuse` of its reflectance is taken");
+                bsdf.ignore(&["alpha", "use_fast_approx"]);
+                one_sided(self.diffuse(bsdf)?)
+            }
+            "difftrans" => {
+                let transmittance = self.textures.color(bsdf, "transmittance", 0.5)?;
+                one_sided(DiffuseTransmitterParameters { reflectance: ColorTexture::grey(0.0), transmittance })
+            }
+            "conductor" => one_sided(self.conductor(bsdf, false)?),
+            "roughconductor" => one_sided(self.conductor(bsdf, true)?),
+            "dielectric" => one_sided(self.dielectric(bsdf, false)?),
+            "thindielectric" => one_sided(DielectricParameters { thin: true, ..self.dielectric(bsdf, false)? }),
+            "roughdielectric" => one_sided(self.dielectric(bsdf, true)?),
+            "plastic" => one_sided(self.plastic(bsdf, false)?),
+            "roughplastic" => one_sided(self.plastic(bsdf, true)?),
+            "phong" => {
+                self.replaced(bsdf, "`roughplastic` with a highlight of about its width is taken");
+                one_sided(self.phong(bsdf)?)
+            }
+            "principled" => self.principled(bsdf)?,
+            "null" => one_sided(NullParameters),
+            kind => return Err(bsdf.error(format!("the bsdf `{kind}` has no counterpart, and no other looks like it"))),
+        })
+    }
+
+    fn diffuse(&self, bsdf: &Object) -> Result<DiffuseParameters> {
+        let name = if bsdf.find("diffuse_reflectance").is_some() { "diffuse_reflectance" } else { "reflectance" };
+        Ok(DiffuseParameters { reflectance: self.textures.color(bsdf, name, 0.5)? })
+    }
+
+    /// α of a rough surface, and its distribution.
+    fn roughness(&self, bsdf: &Object) -> Result<(f32, MicrofacetDistribution)> {
+        let distribution = match bsdf.text("distribution")? {
+            None | Some("beckmann") => MicrofacetDistribution::Beckmann,
+            Some("ggx") => MicrofacetDistribution::Ggx,
+            Some(other) => {
+                self.objects
+                    .warn(&bsdf.at, format!("the distribution `{other}` has no counterpart: Beckmann's is taken"));
+                MicrofacetDistribution::Beckmann
+            }
+        };
+        let (u, v) = (bsdf.find("alpha_u").is_some(), bsdf.find("alpha_v").is_some());
+        let alpha = if u || v {
+            let [u, v] = [self.textures.number(bsdf, "alpha_u", 0.1)?, self.textures.number(bsdf, "alpha_v", 0.1)?];
+            if u != v {
+                self.objects
+                    .warn(&bsdf.at, "a roughness that depends on the direction has no counterpart: its mean is taken");
+            }
+            (u * v).sqrt()
+        } else {
+            self.textures.number(bsdf, "alpha", 0.1)?
+        };
+        // a smooth surface is another model there, and α below this is none here
+        Ok((alpha.clamp(1e-4, 1.0), distribution))
+    }
+
+    fn specular(&self, bsdf: &Object, name: &str) -> Result<Rgb> {
+        match self.textures.color(bsdf, name, 1.0)? {
+            ColorTexture::Constant(color) => Ok(color),
+            _ => {
+                let message = format!("`{name}` of the {} cannot be a picture here: 1 is taken", bsdf.label());
+                self.objects.warn(&bsdf.at, message);
+                Ok(Rgb::ONE)
+            }
+        }
+    }
+
+    fn conductor(&self, bsdf: &Object, rough: bool) -> Result<ConductorParameters> {
+        let own = bsdf.find("eta").is_some() || bsdf.find("k").is_some();
+        let name = bsdf.text("material")?;
+        let eta_k = match name {
+            Some(name) => metals::metal(bsdf, name)?,
+            None if own => Some((bsdf.color("eta", Rgb::ZERO)?, bsdf.color("k", Rgb::ONE)?)),
+            None if self.objects.is_old() => metals::metal(bsdf, "Cu")?,
+            None => None,
+        };
+        let outside =
+            metals::index(bsdf, if bsdf.find("ext_eta").is_some() { "ext_eta" } else { "ext_ior" }, "vacuum")?;
+        // η of 0 is a singular case of Fresnel's formula
+        let eta_k = eta_k.map(|(eta, k)| ((eta / outside).max(Rgb::splat(1e-4)), k / outside));
+        let specular_reflectance = self.textures.color(bsdf, "specular_reflectance", 1.0)?;
+        let (alpha, distribution) = if rough { self.roughness(bsdf)? } else { (0.0, MicrofacetDistribution::Ggx) };
+        Ok(ConductorParameters { eta_k, specular_reflectance, alpha, distribution, energy_conserving: false })
+    }
+
+    fn dielectric(&self, bsdf: &Object, rough: bool) -> Result<DielectricParameters> {
+        let (alpha, distribution) = if rough { self.roughness(bsdf)? } else { (0.0, MicrofacetDistribution::Ggx) };
+        Ok(DielectricParameters {
+            int_ior: metals::index(bsdf, "int_ior", "bk7")?,
+            ext_ior: metals::index(bsdf, "ext_ior", "air")?,
+            specular_reflectance: self.specular(bsdf, "specular_reflectance")?,
+            specular_transmittance: self.specular(bsdf, "specular_transmittance")?,
+            alpha,
+            distribution,
+            thin: false,
+        })
+    }
+
+    fn plastic(&self, bsdf: &Object, rough: bool) -> Result<PlasticParameters> {
+        let (alpha, distribution) = if rough { self.roughness(bsdf)? } else { (0.0, MicrofacetDistribution::Ggx) };
+        Ok(PlasticParameters {
+            reflectance: self.textures.color(bsdf, "diffuse_reflectance", 0.5)?,
+            specular_reflectance: self.specular(bsdf, "specular_reflectance")?,
+            int_ior: metals::index(bsdf, "int_ior", "polypropylene")?,
+            ext_ior: metals::index(bsdf, "ext_ior", "air")?,
+            alpha,
+            distribution,
+            nonlinear: bsdf.flag("nonlinear", false)?,
+            energy_conserving: false,
+        })
+    }
+
+    /// α = √(2/(e + 2)) of an exponent e (Walter et al. 2007, §5.2).
+    fn phong(&self, bsdf: &Object) -> Result<PlasticParameters> {
+        let exponent = self.textures.number(bsdf, "exponent", 30.0)?;
+        bsdf.ignore(&["specular_reflectance"]);
+        let reflectance = self.textures.color(bsdf, "diffuse_reflectance", 0.5)?;
+        let distribution = MicrofacetDistribution::Beckmann;
+        Ok(PlasticParameters {
+            reflectance,
+            alpha: (2.0 / (exponent + 2.0)).sqrt(),
+            distribution,
+            ..Default::default()
+        })
+    }
+
+    fn principled(&self, bsdf: &Object) -> Result<MaterialDescription> {
+        let base_color = self.textures.color(bsdf, "base_color", 0.5)?;
+        let transmitted = self.textures.number(bsdf, "spec_trans", 0.0)?;
+        if transmitted >= 0.5 {
+            return self.principled_glass(bsdf, &base_color);
+        }
+        for name in ["spec_trans", "anisotropic", "flatness"] {
+            if self.textures.number(bsdf, name, 0.0)? != 0.0 {
+                self.objects.warn(&bsdf.at, format!("`{name}` of `principled` has no counterpart: 0 is taken"));
+            }
+        }
+        bsdf.ignore(&["diffuse_reflectance_sampling_rate", "main_specular_sampling_rate", "clearcoat_sampling_rate"]);
+        let share = |name: &str, default: f32| self.textures.number(bsdf, name, default).map(|x| x.clamp(0.0, 1.0));
+        let mut maps = PrincipledMaps::NONE;
+        let split = |name: &str, default: f32, map: &mut Option<ScalarTexture>| -> Result<f32> {
+            Ok(match self.textures.scalar(bsdf, name, default)? {
+                ScalarTexture::Constant(number) => number.clamp(0.0, 1.0),
+                picture => {
+                    *map = Some(picture);
+                    default
+                }
+            })
+        };
+        let metallic = split("metallic", 0.0, &mut maps.metallic)?;
+        let roughness = split("roughness", 0.5, &mut maps.roughness)?;
+        let specular = match bsdf.maybe_number("eta")? {
+            // the reflectance at normal incidence is 0.08·specular
+            Some(eta) => ((((eta - 1.0) / (eta + 1.0)).powi(2) / 0.08) as f32).clamp(0.0, 1.0),
+            None => split("specular", 0.5, &mut maps.specular)?,
+        };
+        Ok(one_sided(PrincipledParameters {
+            base_color,
+            metallic,
+            roughness,
+            specular,
+            spec_tint: share("spec_tint", 0.0)?,
+            clearcoat: share("clearcoat", 0.0)?,
+            clearcoat_gloss: share("clearcoat_gloss", 0.0)?,
+            sheen: share("sheen", 0.0)?,
+            sheen_tint: share("sheen_tint", 0.0)?,
+            energy_conserving: false,
+            maps,
+        }))
+    }
+
+    fn principled_glass(&self, bsdf: &Object, base_color: &ColorTexture) -> Result<MaterialDescription> {
+        self.replaced(bsdf, "with `spec_trans` of half or more, rough glass is taken");
+        let roughness = self.textures.number(bsdf, "roughness", 0.5)?;
+        let specular = self.textures.number(bsdf, "specular", 0.5)?;
+        let of_specular = f64::from(2.0 / (1.0 - (0.08 * specular.clamp(0.0, 1.0)).sqrt()) - 1.0);
+        let names =
+            ["metallic", "spec_tint", "clearcoat", "clearcoat_gloss", "sheen", "sheen_tint", "flatness", "anisotropic"];
+        bsdf.ignore(&names);
+        let transmittance = match base_color {
+            ColorTexture::Constant(color) => color.max(Rgb::ZERO).map(f32::sqrt),
+            _ => Rgb::ONE,
+        };
+        Ok(one_sided(DielectricParameters {
+            int_ior: bsdf.number("eta", of_specular)? as f32,
+            specular_transmittance: transmittance,
+            alpha: (roughness * roughness).clamp(0.0, 1.0),
+            ..DielectricParameters::default()
+        }))
+    }
+}
+
+fn one_sided(bsdf: impl Into<BsdfDescription>) -> MaterialDescription {
+    MaterialDescription { bsdf: bsdf.into(), two_sided: false, ..MaterialDescription::default() }
+}
+
+/// What two constant diffuse materials are together; `share` of it is the second.
+fn mixed(first: &MaterialDescription, second: &MaterialDescription, share: f32) -> Option<MaterialDescription> {
+    let reflectance = |material: &MaterialDescription| match &material.bsdf {
+        BsdfDescription::Diffuse(DiffuseParameters { reflectance: ColorTexture::Constant(color) }) => Some(*color),
+        _ => None,
+    };
+    let (a, b) = (reflectance(first)?, reflectance(second)?);
+    let same = MaterialDescription { bsdf: first.bsdf.clone(), ..second.clone() };
+    let reflectance = ColorTexture::Constant(a * (1.0 - share) + b * share);
+    (same == *first).then(|| MaterialDescription { bsdf: DiffuseParameters { reflectance }.into(), ..first.clone() })
+}

@@ -1,0 +1,46 @@
+//! Scenes of Mitsuba, in XML: versions 0.4 to 0.6 and 2 to 3. docs/mitsuba.md says what is read.
+//!
+//! [`xml`] makes objects with properties of the text; the other files ask them for what they know. What nobody has asked for is a
+//! warning, a plug-in that nothing here looks like is an error.
+
+mod bsdf;
+mod color;
+mod emitter;
+pub(crate) mod export;
+mod metals;
+mod object;
+mod sensor;
+mod shape;
+mod tessellate;
+#[cfg(test)]
+mod tests;
+mod texture;
+mod transform;
+mod xml;
+
+use super::SceneFile;
+use crate::Result;
+use bsdf::Materials;
+use shape::Shapes;
+use std::path::Path;
+use texture::Textures;
+
+pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
+    let objects = xml::read(path)?;
+    let mut file = SceneFile::default();
+    sensor::integrator(&objects, &mut file)?;
+    sensor::sensors(&objects, &mut file)?;
+    let textures = Textures::new(&objects);
+    let materials = Materials { objects: &objects, textures: &textures };
+    Shapes::new(&objects, &materials, &mut file).read()?;
+    for (_, emitter) in objects.children(&objects.root, "emitter")? {
+        file.scene.lights.push(emitter::light(&objects, &emitter)?);
+    }
+    // these are used where something refers to them
+    for tag in ["bsdf", "texture", "medium", "film", "sampler", "rfilter"] {
+        objects.children(&objects.root, tag)?;
+    }
+    file.scene.pictures = textures.into_embedded();
+    objects.finish(&objects.root);
+    Ok((file, objects.into_warnings()))
+}

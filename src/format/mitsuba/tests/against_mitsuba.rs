@@ -1,0 +1,98 @@
+//! Each plug-in against Mitsuba itself, by tests of the means of blocks of pixels.
+
+use super::{companions, plugins, read};
+use crate::format::tests::blocks::{BLOCKS, RUNS, SPP, bound, compare, runs};
+use crate::texture::ReliefKind;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The means of pictures may differ by so much: spheres of triangles, and relief by differences of texels.
+const MEANS: f64 = 0.01;
+
+/// Renders scenes and prints, for each, the mean luminance of each block in each run.
+const DRIVER: &str = r#"
+import json, sys
+import numpy as np
+import mitsuba as mi
+mi.set_variant("scalar_rgb")
+runs, spp = int(sys.argv[1]), int(sys.argv[2])
+answers = []
+for path in sys.argv[3:]:
+    scene = mi.load_file(path)
+    of_scene = []
+    for run in range(runs):
+        image = np.array(mi.render(scene, spp=spp, seed=run + 1))[:, :, :3] @ np.array([0.212671, 0.715160, 0.072169])
+        h, w = image.shape
+        of_scene.append([float(image[y * h // 3:(y + 1) * h // 3, x * w // 4:(x + 1) * w // 4].mean()) for y in range(3) for x in range(4)])
+    answers.append(of_scene)
+print(json.dumps(answers))
+"#;
+
+/// A Python with Mitsuba; says so loudly where there is none.
+fn python() -> Option<PathBuf> {
+    let python = std::env::var_os("PHOTOTAXIS_PYTHON").map(PathBuf::from);
+    let works = |python: &PathBuf| {
+        let tried = Command::new(python).args(["-c", "import mitsuba, numpy"]).output();
+        tried.is_ok_and(|output| output.status.success())
+    };
+    let found = python.filter(works);
+    if found.is_none() {
+        eprintln!("SKIPPED: scenes against Mitsuba: set PHOTOTAXIS_PYTHON to a Python with mitsuba and numpy");
+    }
+    found
+}
+
+/// By scene, run and block.
+type Means = Vec<Vec<Vec<f64>>>;
+
+fn theirs(python: &Path, files: &[PathBuf]) -> Means {
+    let (count, spp) = (RUNS.to_string(), SPP.to_string());
+    let output = Command::new(python).args(["-c", DRIVER, &count, &spp]).args(files).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    let answer = said.lines().rfind(|line| line.starts_with('['));
+    serde_json::from_str(answer.unwrap_or_else(|| panic!("{}", String::from_utf8_lossy(&output.stderr)))).unwrap()
+}
+
+#[test]
+fn every_plugin_is_mitsubas() {
+    let Some(python) = python() else { return };
+    let folder = companions();
+    let scenes = plugins::scenes();
+    let write = |(name, text): &(String, String)| {
+        let path = folder.path().join(format!("{name}.xml"));
+        fs::write(&path, text).unwrap();
+        path
+    };
+    let files: Vec<PathBuf> = scenes.iter().map(write).collect();
+    let theirs = theirs(&python, &files);
+    let bound = bound(BLOCKS * scenes.len());
+    let mut wrong = Vec::new();
+    for ((name, text), theirs) in scenes.iter().zip(&theirs) {
+        let file = read(folder.path(), text).unwrap_or_else(|error| panic!("{name}: {error}")).0;
+        let (t, mean) = compare(&runs(&file, 1), theirs);
+        println!("{name}: t {t:.2} of {bound:.2}, mean {:+.2} %", 100.0 * mean);
+        let (bound, means) = match name.as_str() {
+            // the same model of a sky by another table
+            "sky" | "sunsky" => (f64::INFINITY, 0.1),
+            // light that comes from below the turned surface, and heights between texels, are not reckoned in the same way
+            "normalmap" | "bumpmap" => (3.0 * bound, 2.0 * MEANS),
+            _ => (bound, MEANS),
+        };
+        if !(t <= bound && mean.abs() <= means) {
+            wrong.push(format!("{name}: t {t:.2} of {bound:.2}, mean {:+.2} %", 100.0 * mean));
+        }
+        if name == "normalmap" {
+            let mut other = file.clone();
+            let reliefs = other.scene.materials.values_mut().filter_map(|material| material.relief.as_mut());
+            reliefs.for_each(|relief| relief.kind = ReliefKind::Normals);
+            assert!(compare(&runs(&other, 1), theirs).0 > bound, "green that points the other way must be seen");
+        }
+        if name == "diffuse" {
+            let other = text.replace("0.7 0.3 0.2", "0.7 0.36 0.2");
+            let other = runs(&read(folder.path(), &other).unwrap().0, 1);
+            assert!(compare(&other, theirs).0 > bound, "another reflectance must be seen");
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

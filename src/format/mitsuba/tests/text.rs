@@ -1,0 +1,151 @@
+//! What the text may say, and what is wrong with it.
+
+use super::{companions, read};
+use crate::bsdf::{BsdfDescription, DiffuseParameters};
+use crate::light::LightDescription;
+use crate::math::Rgb;
+use crate::texture::ColorTexture;
+use std::fs;
+
+const SHAPE: &str = "<shape type=\"rectangle\"/>";
+
+fn reflectance(bsdf: &BsdfDescription) -> Rgb {
+    match bsdf {
+        BsdfDescription::Diffuse(DiffuseParameters { reflectance: ColorTexture::Constant(color) }) => *color,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn references_defaults_includes_and_old_names_are_understood() {
+    let folder = companions();
+    fs::create_dir(folder.path().join("parts")).unwrap();
+    let part = "<scene version=\"0.6.0\"><bsdf type=\"diffuse\" id=\"red\"><rgb name=\"reflectance\" value=\"$r 0 0\"/></bsdf>\n\
+                <shape type=\"ply\"><string name=\"filename\" value=\"../dome.ply\"/><ref id=\"late\"/></shape></scene>";
+    fs::write(folder.path().join("parts/part.xml"), part).unwrap();
+    let text = "<?xml version=\"1.0\"?>\n<scene version=\"0.6.0\">\n<default name=\"r\" value=\"0.25\"/><default name=\"r\" value=\"0.75\"/>\n\
+        <integrator type=\"path\"><integer name=\"maxDepth\" value=\"$depth0\"/></integrator>\n\
+        <include filename=\"parts/part.xml\"/>\n\
+        <shape type=\"rectangle\"><ref id=\"red\"/><transform name=\"toWorld\"><scale value=\"2\"/><translate y=\"1\"/>\
+        <rotate z=\"1\" angle=\"90\"/></transform></shape>\n\
+        <bsdf type=\"twosided\" id=\"late\"><bsdf type=\"diffuse\"><srgb name=\"reflectance\" value=\"#ffffff\"/></bsdf></bsdf>\n</scene>";
+    let text = text.replacen("<integrator", "<default name=\"depth\" value=\"1\"/><integrator", 1);
+    let (file, warnings) = read(folder.path(), &text).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!(file.integrator.max_depth, 10, "`$depth0` is `$depth` and a 0");
+    let [hill, square] = &file.scene.meshes[..] else { panic!("{:?}", file.scene.meshes) };
+    assert_eq!(square.material.as_deref(), Some("red"));
+    assert_eq!(reflectance(&file.scene.materials["red"].bsdf), Rgb::new(0.25, 0.0, 0.0));
+    let late = &file.scene.materials[hill.material.as_ref().unwrap()];
+    assert!(late.two_sided && reflectance(&late.bsdf) == Rgb::ONE, "{late:?}");
+    let corner = square.transform.transform_point3(glam::DVec3::new(1.0, 1.0, 0.0));
+    assert!((corner - glam::DVec3::new(-3.0, 2.0, 0.0)).length() < 1e-12, "scaled, moved, then turned: {corner}");
+    file.load_scene(1).unwrap();
+}
+
+#[test]
+fn groups_stand_where_their_instances_do() {
+    let folder = companions();
+    let text = "<scene version=\"3.0.0\"><shape type=\"shapegroup\" id=\"g\"><shape type=\"cube\"/>\
+        <shape type=\"disk\"><emitter type=\"area\"/></shape></shape>\
+        <shape type=\"instance\"><ref id=\"g\"/><transform name=\"to_world\"><translate x=\"5\"/></transform></shape>\
+        <shape type=\"instance\"><ref id=\"g\"/></shape></scene>";
+    let (file, warnings) = read(folder.path(), text).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!(file.scene.instances.len(), 2);
+    assert!(file.scene.meshes.iter().all(|mesh| mesh.group.as_deref() == Some("g")));
+    let scene = file.load_scene(1).unwrap().0;
+    assert_eq!(scene.triangles(), 2 * (12 + 96));
+    assert!(scene.bounds().1.x > 5.9);
+}
+
+#[test]
+fn what_means_nothing_is_named_with_its_line() {
+    let folder = companions();
+    let text = "<scene version=\"3.0.0\">\n<sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/>\n\
+        <float name=\"colour\" value=\"1\"/></sensor>\n<sensor type=\"perspective\"/>\n<shape type=\"sphere\">\n\
+        <bsdf type=\"oren_nayar\"><rgb name=\"reflectance\" value=\"2 0 0\"/></bsdf></shape>\n\
+        <emitter type=\"constant\"/>\n<integrator type=\"ptracer\"/></scene>";
+    let (file, warnings) = read(folder.path(), text).unwrap();
+    let wanted = [
+        ":8: the integrator `ptracer` has no counterpart",
+        ":4: only the first sensor counts",
+        ":3: `colour` of the sensor `perspective` means nothing here",
+        ":6: the bsdf `oren_nayar` has no counterpart: `diffuse`",
+        ":6: `reflectance` of the bsdf `oren_nayar` is above 1",
+    ];
+    assert_eq!(warnings.len(), wanted.len(), "{warnings:#?}");
+    for (warning, wanted) in warnings.iter().zip(wanted) {
+        assert!(warning.contains(wanted), "{warning}\nis not\n{wanted}");
+    }
+    assert!(matches!(file.scene.lights[..], [LightDescription::Constant(_)]));
+}
+
+#[test]
+fn faults_are_named_with_their_line() {
+    let folder = companions();
+    fs::write(folder.path().join("loop.xml"), "<scene version=\"3.0.0\"><include filename=\"loop.xml\"/></scene>")
+        .unwrap();
+    let bomb = "<!DOCTYPE s [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]><scene version=\"3.0.0\">&b;</scene>";
+    let scene = |body: &str| format!("<scene version=\"3.0.0\">\n{body}\n</scene>");
+    let shape = |inner: &str| scene(&format!("<shape type=\"sphere\">{inner}</shape>"));
+    let cases = [
+        ("<scene version=\"3.0.0\">".to_string(), "scene.xml:1:"),
+        ("<bsdf/>".to_string(), ":1:1: `bsdf` is no scene"),
+        (bomb.to_string(), "not XML"),
+        (scene("<include filename=\"loop.xml\"/>"), "loop.xml:1:24: too many files are included"),
+        (scene("<include filename=\"none.xml\"/>"), "none.xml"),
+        (scene("<shape type=\"sphere\"><ref id=\"x\"/></shape>"), ":2:22: nothing has the id `x`"),
+        (scene("<shape type=\"teapot\"/>"), ":2:1: the shape `teapot` has no counterpart"),
+        (scene("<shape type=\"ply\"/>"), "needs `filename`"),
+        (shape("<bsdf type=\"hair\"/>"), "the bsdf `hair` has no counterpart"),
+        (shape("<bsdf type=\"mask\"/>"), "the bsdf `mask` needs another bsdf"),
+        (shape("<bsdf type=\"conductor\"><string name=\"material\" value=\"Ux\"/></bsdf>"), "unknown metal `Ux`"),
+        (shape("<bsdf type=\"dielectric\"><string name=\"int_ior\" value=\"watr\"/></bsdf>"), "did you mean `water`"),
+        (shape("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"1 2\"/></bsdf>"), "`1 2` is not a colour"),
+        (shape("<float name=\"radius\" value=\"big\"/>"), "`big` is not a number"),
+        (shape("<float name=\"radius\" value=\"$big\"/>"), "nothing says what `$big` is"),
+        (shape("<float name=\"radius\" value=\"0\"/>"), "its transform flattens it"),
+        (shape("<string name=\"radius\" value=\"1\"/>"), "`radius` of the shape `sphere` must be a number"),
+        (shape("<bsdf type=\"diffuse\" id=\"a\"/><bsdf type=\"diffuse\" id=\"a\"/>"), "two objects with the id `a`"),
+        (scene("<emitter type=\"projector\"/>"), "the emitter `projector` has no counterpart"),
+        (
+            scene(
+                "<bsdf type=\"twosided\" id=\"a\"><ref id=\"a\"/></bsdf><shape type=\"sphere\"><ref id=\"a\"/></shape>",
+            ),
+            "within itself",
+        ),
+        (scene("<wheel/>"), "<wheel> is not known"),
+    ];
+    for (text, wanted) in cases {
+        let message = read(folder.path(), &text).err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(message.contains(wanted), "{message}\nis not\n{wanted}\nof\n{text}");
+    }
+    let deep =
+        format!("<scene version=\"3.0.0\">{}{}</scene>", "<bsdf type=\"mask\">".repeat(3000), "</bsdf>".repeat(3000));
+    assert!(read(folder.path(), &deep).is_err());
+    let wide = scene(&SHAPE.repeat(500));
+    assert_eq!(read(folder.path(), &wide).unwrap().0.scene.meshes.len(), 500);
+}
+
+#[test]
+fn damaged_scenes_never_panic() {
+    let folder = companions();
+    let mut rng = crate::math::rng::Rng::new(5);
+    for (_, text) in super::plugins::scenes() {
+        for _ in 0..20 {
+            let mut bytes = text.clone().into_bytes();
+            for _ in 0..1 + rng.next_u32() % 3 {
+                let at = rng.next_u32() as usize % bytes.len();
+                match rng.next_u32() % 3 {
+                    0 => bytes[at] = rng.next_u32() as u8,
+                    1 => drop(bytes.drain(at..(at + 7).min(bytes.len()))),
+                    _ => bytes.truncate(at.max(1)),
+                }
+            }
+            if let Ok(text) = String::from_utf8(bytes) {
+                _ = read(folder.path(), &text).map(drop);
+            }
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Textures: colours and numbers that are constant or of a picture.
+
+use super::object::{Item, Object, Objects, Value};
+use super::xml;
+use crate::Result;
+use crate::image::picture::{Picture, Samples};
+use crate::math::Rgb;
+use crate::math::luminance;
+use crate::texture::{ColorTexture, EmbeddedPicture, EmbeddedPictures, ImageTexture, ScalarTexture};
+use glam::DAffine3;
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// Reads textures, and keeps pictures that are in no file.
+pub(super) struct Textures<'a> {
+    pub(crate) objects: &'a Objects,
+    embedded: RefCell<EmbeddedPictures>,
+}
+
+/// What a texture is.
+enum Found {
+    Constant(Rgb),
+    Image(ImageTexture),
+    Vertex(Rgb),
+}
+
+impl<'a> Textures<'a> {
+    pub(crate) fn new(objects: &'a Objects) -> Textures<'a> {
+        Textures { objects, embedded: RefCell::default() }
+    }
+
+    pub(crate) fn into_embedded(self) -> EmbeddedPictures {
+        self.embedded.into_inner()
+    }
+
+    /// A reflectance: constant colours beyond 1 are cut off, with a warning.
+    pub(crate) fn color(&self, object: &Object, name: &str, default: f32) -> Result<ColorTexture> {
+        let Some(item) = object.find(name) else { return Ok(ColorTexture::grey(default)) };
+        Ok(match self.item(object, item)? {
+            Found::Constant(color) => {
+                if color.max_element() > 1.0 {
+                    let message = format!("`{name}` of the {} is above 1 and reflects 1", object.label());
+                    self.objects.warn(&item.at, message);
+                }
+                ColorTexture::Constant(color.min(Rgb::ONE))
+            }
+            Found::Image(image) => ColorTexture::Image(image),
+            Found::Vertex(tint) => ColorTexture::Vertex(tint),
+        })
+    }
+
+    /// Radiance: a colour, and the picture that multiplies it.
+    pub(crate) fn radiance(&self, object: &Object, name: &str) -> Result<(Rgb, Option<ImageTexture>)> {
+        let Some(item) = object.find(name) else { return Ok((Rgb::ONE, None)) };
+        match self.item(object, item)? {
+            Found::Constant(color) => Ok((color, None)),
+            Found::Image(image) => Ok((image.tint, Some(ImageTexture { tint: Rgb::ONE, ..image }))),
+            Found::Vertex(_) => Err(item.at.error("light of the colours of vertices is not read")),
+        }
+    }
+
+    /// A number, or a picture of such.
+    pub(crate) fn scalar(&self, object: &Object, name: &str, default: f32) -> Result<ScalarTexture> {
+        let Some(item) = object.find(name) else { return Ok(ScalarTexture::Constant(default)) };
+        Ok(match self.item(object, item)? {
+            Found::Constant(color) => ScalarTexture::Constant(luminance(color)),
+            Found::Image(image) => ScalarTexture::Luminance(image),
+            Found::Vertex(_) => return Err(item.at.error("a number of the colours of vertices is not read")),
+        })
+    }
+
+    /// A number where no picture can be: one is taken for `default`, with a warning.
+    pub(crate) fn number(&self, object: &Object, name: &str, default: f32) -> Result<f32> {
+        match self.scalar(object, name, default)? {
+            ScalarTexture::Constant(number) => Ok(number),
+            _ => {
+                let message =
+                    format!("`{name}` of the {} cannot be a picture here: {default} is taken", object.label());
+                self.objects.warn(&object.at, message);
+                Ok(default)
+            }
+        }
+    }
+
+    /// The picture of a texture that is an object of its own.
+    pub(crate) fn picture(&self, texture: &Rc<Object>) -> Result<ImageTexture> {
+        match self.texture(texture, 0)? {
+            Found::Image(image) => Ok(image),
+            _ => Err(texture.error(format!("the {} is no picture", texture.label()))),
+        }
+    }
+
+    fn item(&self, object: &Object, item: &Item) -> Result<Found> {
+        match &item.value {
+            Value::Number(grey) => self.checked(item, Rgb::splat(*grey as f32)),
+            Value::Color(color) => self.checked(item, *color),
+            _ => match self.objects.object(item)? {
+                Some(texture) => self.texture(&texture, 0),
+                None => Err(item.at.error(format!(
+                    "`{}` of the {} must be a colour or a texture",
+                    item.name,
+                    object.label()
+                ))),
+            },
+        }
+    }
+
+    fn checked(&self, item: &Item, color: Rgb) -> Result<Found> {
+        if color.min_element() >= 0.0 && color.is_finite() {
+            return Ok(Found::Constant(color));
+        }
+        Err(item.at.error(format!("`{}` must be 0 or more", item.name)))
+    }
+
+    fn texture(&self, texture: &Rc<Object>, depth: usize) -> Result<Found> {
+        if depth > 16 {
+            return Err(texture.error("this texture is within itself"));
+        }
+        let found = match texture.kind.as_str() {
+            "bitmap" => Found::Image(self.bitmap(texture)?),
+            "checkerboard" => Found::Image(self.checkerboard(texture)?),
+            "scale" => {
+                let inner = self.objects.child(texture, "texture")?;
+                let inner = inner.ok_or_else(|| texture.error("the texture `scale` needs another texture"))?;
+                scaled(self.texture(&inner, depth + 1)?, texture.color("scale", Rgb::ONE)?)
+            }
+            "mesh_attribute" if texture.text("name")? == Some("vertex_color") => {
+                Found::Vertex(Rgb::splat(texture.number("scale", 1.0)? as f32))
+            }
+            "uniform" | "d65" | "srgb" => {
+                let name = if texture.kind == "srgb" { "color" } else { "value" };
+                Found::Constant(texture.color(name, Rgb::ONE)?)
+            }
+            kind => return Err(texture.error(format!("the texture `{kind}` has no counterpart: use a bitmap"))),
+        };
+        self.objects.finish(texture);
+        Ok(found)
+    }
+
+    fn bitmap(&self, texture: &Object) -> Result<ImageTexture> {
+        let name = texture.text("filename")?.ok_or_else(|| texture.error("a bitmap needs `filename`"))?;
+        let mut image = ImageTexture::new(xml::file(&texture.at.path, name));
+        self.place(texture, &mut image)?;
+        image.nearest = texture.text("filter_type")? == Some("nearest");
+        image.clamp = match texture.text("wrap_mode")? {
+            None | Some("repeat") => false,
+            Some("clamp") => true,
+            Some(other) => {
+                self.objects.warn(&texture.at, format!("`wrap_mode` {other} is not known here: the picture repeats"));
+                false
+            }
+        };
+        texture.ignore(&["raw", "format", "max_anisotropy", "cache", "accel"]);
+        Ok(image)
+    }
+
+    /// A picture of four texels: `color0` is where both coordinates are in the same half.
+    fn checkerboard(&self, texture: &Rc<Object>) -> Result<ImageTexture> {
+        let colors = [("color0", 0.4), ("color1", 0.2)].map(|(name, default)| texture.color(name, Rgb::splat(default)));
+        let [a, b] = colors;
+        let (a, b) = (a?.to_array(), b?.to_array());
+        let samples = Samples::F32([a, b, b, a].concat());
+        let picture = Picture { width: 2, height: 2, channels: 3, samples, notes: Vec::new() };
+        let path = PathBuf::from(format!(
+            "{}:{}:{}#checkerboard",
+            texture.at.path.display(),
+            texture.at.line,
+            texture.at.column
+        ));
+        self.embedded.borrow_mut().insert(path.clone(), Arc::new(EmbeddedPicture::Decoded(picture)));
+        let mut image = ImageTexture { nearest: true, ..ImageTexture::new(path) };
+        self.place(texture, &mut image)?;
+        Ok(image)
+    }
+
+    /// `to_uv`, or the names before version 2. v counts from above there, and from below here: 1 − v.
+    fn place(&self, texture: &Object, image: &mut ImageTexture) -> Result<()> {
+        let to_uv = texture.transform("to_uv")?.unwrap_or(DAffine3::IDENTITY);
+        let both = texture.number("uv_scale", 1.0)?;
+        let scale = [texture.number("uscale", both)?, texture.number("vscale", both)?];
+        let offset = [texture.number("uoffset", 0.0)?, texture.number("voffset", 0.0)?];
+        let [x, y] = [to_uv.matrix3.x_axis, to_uv.matrix3.y_axis];
+        if x.y.abs() > 1e-6 * x.x.abs() || y.x.abs() > 1e-6 * y.y.abs() {
+            self.objects.warn(&texture.at, "a turned texture is not known here: `to_uv` only scales and moves it");
+        }
+        let (su, sv) = (x.x * scale[0], y.y * scale[1]);
+        let (ou, ov) = (to_uv.translation.x + offset[0], to_uv.translation.y + offset[1]);
+        image.scale = [su as f32, sv as f32];
+        image.offset = [ou as f32, (1.0 - sv - ov) as f32];
+        Ok(())
+    }
+}
+
+fn scaled(found: Found, by: Rgb) -> Found {
+    match found {
+        Found::Constant(color) => Found::Constant(color * by),
+        Found::Image(image) => Found::Image(ImageTexture { tint: image.tint * by, ..image }),
+        Found::Vertex(tint) => Found::Vertex(tint * by),
+    }
+}

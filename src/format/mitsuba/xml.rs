@@ -1,0 +1,352 @@
+//! From XML to objects with properties: includes, defaults, and names in the spelling of Mitsuba 3.
+
+use super::object::{Item, Object, Objects, Value};
+use super::{color, transform};
+use crate::document::read_text;
+use crate::error::SourceLocation;
+use crate::io::paths;
+use crate::{Error, Result};
+use roxmltree::{Document, Node, ParsingOptions};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// Objects may be within each other so deep.
+const DEEPEST: usize = 64;
+
+/// Files may be included so deep, and so many in all: a file may include itself.
+const DEEPEST_INCLUDE: usize = 16;
+const MOST_INCLUDES: usize = 1000;
+
+/// The tags of what is made of properties and other objects.
+const OBJECTS: &[&str] = &[
+    "bsdf",
+    "emitter",
+    "luminaire",
+    "film",
+    "integrator",
+    "medium",
+    "phase",
+    "rfilter",
+    "sampler",
+    "scene",
+    "sensor",
+    "camera",
+    "shape",
+    "spectrum",
+    "subsurface",
+    "texture",
+    "volume",
+];
+
+/// Reads a scene and all that it includes.
+///
+/// # Errors
+/// With file and line: text that is no XML, a tag that is not known, a value that is none, a `$name` that nothing says.
+pub(super) fn read(path: &Path) -> Result<Objects> {
+    let mut reader = Reader::default();
+    let root = reader.file(path, 0)?;
+    Ok(Objects::new(root, reader.ids, reader.version))
+}
+
+#[derive(Default)]
+struct Reader {
+    ids: HashMap<String, Rc<Object>>,
+    defaults: HashMap<String, String>,
+    /// The version of the file that was opened first.
+    version: f64,
+    includes: usize,
+}
+
+/// Where a file is read from.
+struct Source<'a> {
+    path: &'a Path,
+    document: &'a Document<'a>,
+    depth: usize,
+}
+
+impl Source<'_> {
+    fn place(&self, node: Node) -> SourceLocation {
+        let at = self.document.text_pos_at(node.range().start);
+        SourceLocation { path: self.path.to_path_buf(), line: at.row as usize, column: at.col as usize }
+    }
+
+    fn fault(&self, node: Node, message: impl Into<String>) -> Error {
+        self.place(node).error(message)
+    }
+}
+
+impl Reader {
+    fn file(&mut self, path: &Path, depth: usize) -> Result<Rc<Object>> {
+        let text = read_text(path)?;
+        // no entities are defined, so none are expanded
+        let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
+        let document = Document::parse_with_options(&text, options).map_err(|error| {
+            let at = error.pos();
+            Error::parse(path, at.row as usize, at.col as usize, format!("not XML: {error}"))
+        })?;
+        let source = Source { path, document: &document, depth };
+        let root = document.root_element();
+        if root.tag_name().name() != "scene" {
+            let message = format!("`{}` is no scene: the first tag must be <scene>", root.tag_name().name());
+            return Err(source.fault(root, message));
+        }
+        if depth == 0 {
+            let version = root.attribute("version").unwrap_or("3.0.0");
+            let number = version.splitn(3, '.').take(2).collect::<Vec<_>>().join(".").parse();
+            self.version = number.map_err(|_| source.fault(root, format!("`{version}` is no version")))?;
+        }
+        let object = self.object(&source, root, 0)?;
+        Ok(Rc::new(object))
+    }
+
+    fn object(&mut self, source: &Source, node: Node, depth: usize) -> Result<Object> {
+        if depth > DEEPEST {
+            return Err(source.fault(node, format!("more than {DEEPEST} objects are within each other")));
+        }
+        let tag = match node.tag_name().name() {
+            "luminaire" => "emitter",
+            "camera" => "sensor",
+            tag => tag,
+        };
+        let kind = self.attribute(source, node, "type")?.unwrap_or_default();
+        let mut object = Object::new(tag, &kind, source.place(node));
+        object.id = self.attribute(source, node, "id")?;
+        for child in node.children().filter(Node::is_element) {
+            self.child(source, child, &mut object, depth)?;
+        }
+        Ok(object)
+    }
+
+    /// One thing within an object.
+    fn child(&mut self, source: &Source, node: Node, parent: &mut Object, depth: usize) -> Result<()> {
+        let tag = node.tag_name().name();
+        let is_object = OBJECTS.contains(&tag) && (tag != "spectrum" || node.attribute("type").is_some());
+        match tag {
+            "default" => {
+                let (name, value) = (self.needed(source, node, "name")?, self.needed(source, node, "value")?);
+                self.defaults.entry(name).or_insert(value);
+                Ok(())
+            }
+            "include" => self.include(source, node, parent),
+            "alias" => {
+                let (id, other) = (self.needed(source, node, "id")?, self.needed(source, node, "as")?);
+                let Some(object) = self.ids.get(&id).cloned() else {
+                    return Err(source.fault(node, format!("nothing before this line has the id `{id}`")));
+                };
+                self.ids.insert(other, object);
+                Ok(())
+            }
+            "path" => Err(source.fault(node, "<path> is not read: name files relative to the scene's own folder")),
+            _ if is_object => {
+                let name = self.attribute(source, node, "name")?.unwrap_or_default();
+                let object = Rc::new(self.object(source, node, depth + 1)?);
+                if let Some(id) = &object.id
+                    && self.ids.insert(id.clone(), object.clone()).is_some()
+                {
+                    return Err(source.fault(node, format!("there are two objects with the id `{id}`")));
+                }
+                parent.items.push(Item::new(snake(&name), source.place(node), Value::Object(object)));
+                Ok(())
+            }
+            _ => {
+                let item = self.property(source, node, parent.tag == "emitter")?;
+                parent.items.push(item);
+                Ok(())
+            }
+        }
+    }
+
+    fn include(&mut self, source: &Source, node: Node, parent: &mut Object) -> Result<()> {
+        let name = self.needed(source, node, "filename")?;
+        self.includes += 1;
+        if source.depth >= DEEPEST_INCLUDE || self.includes > MOST_INCLUDES {
+            return Err(source.fault(node, "too many files are included: does one include itself?"));
+        }
+        let path = file(source.path, &name);
+        let included = self.file(&path, source.depth + 1)?;
+        // what it says counts as if it were said here
+        parent.items.extend(included.items.iter().cloned());
+        Ok(())
+    }
+
+    /// `shines`: it is a property of an emitter.
+    fn property(&mut self, source: &Source, node: Node, shines: bool) -> Result<Item> {
+        let tag = node.tag_name().name();
+        let name = self.attribute(source, node, "name")?.map(|name| snake(&name));
+        let value = |reader: &Reader| reader.needed(source, node, "value");
+        let bad = |what: &str, text: &str| source.fault(node, format!("`{text}` is not {what}"));
+        let parsed = match tag {
+            "ref" => Value::Ref(self.needed(source, node, "id")?),
+            "string" => Value::Text(value(self)?),
+            "boolean" => match value(self)?.to_lowercase().as_str() {
+                "true" => Value::Flag(true),
+                "false" => Value::Flag(false),
+                other => return Err(bad("true or false", other)),
+            },
+            "float" | "integer" => {
+                let text = value(self)?;
+                let number = text.trim().parse().ok().filter(|x: &f64| x.is_finite());
+                Value::Number(number.ok_or_else(|| bad("a number", &text))?)
+            }
+            "point" | "vector" => Value::Vector(self.vector(source, node, 0.0)?),
+            "rgb" | "srgb" | "color" => {
+                let text = value(self)?;
+                Value::Color(color::rgb(&text, tag == "srgb").ok_or_else(|| bad("a colour", &text))?)
+            }
+            "spectrum" => self.spectrum(source, node, shines && self.version >= 2.0)?,
+            "blackbody" => {
+                return Err(source.fault(node, "<blackbody> is not read: say the light as <rgb>"));
+            }
+            "transform" => Value::Transform(self.transform(source, node)?),
+            _ => return Err(source.fault(node, format!("<{tag}> is not known"))),
+        };
+        let name = match (name, tag) {
+            (Some(name), _) => name,
+            (None, "ref") => String::new(),
+            (None, _) => return Err(source.fault(node, format!("<{tag}> needs a `name`"))),
+        };
+        Ok(Item::new(name, source.place(node), parsed))
+    }
+
+    fn spectrum(&self, source: &Source, node: Node, even: bool) -> Result<Value> {
+        let text = match self.attribute(source, node, "filename")? {
+            Some(name) => read_text(&file(source.path, &name))?,
+            None => self.needed(source, node, "value")?,
+        };
+        let bad = || source.fault(node, "the spectrum must be a number, or pairs of a wavelength in nm and a number");
+        color::spectrum(&text, even).map(Value::Color).ok_or_else(bad)
+    }
+
+    /// `x`, `y` and `z`, or `value` with one number or three.
+    fn vector(&self, source: &Source, node: Node, default: f64) -> Result<glam::DVec3> {
+        if let Some(text) = self.attribute(source, node, "value")? {
+            let numbers = color::numbers(&text);
+            return match numbers.as_deref() {
+                Some([x]) => Ok(glam::DVec3::splat(*x)),
+                Some([x, y, z]) => Ok(glam::DVec3::new(*x, *y, *z)),
+                Some([x, y]) => Ok(glam::DVec3::new(*x, *y, default)),
+                _ => Err(source.fault(node, format!("`{text}` is not three numbers"))),
+            };
+        }
+        let mut found = [default; 3];
+        for (slot, name) in found.iter_mut().zip(["x", "y", "z"]) {
+            if let Some(text) = self.attribute(source, node, name)? {
+                *slot = self.number(source, node, &text)?;
+            }
+        }
+        Ok(found.into())
+    }
+
+    fn number(&self, source: &Source, node: Node, text: &str) -> Result<f64> {
+        let number = text.trim().parse().ok().filter(|x: &f64| x.is_finite());
+        number.ok_or_else(|| source.fault(node, format!("`{text}` is not a number")))
+    }
+
+    /// Steps one after the other, the first one first.
+    fn transform(&self, source: &Source, node: Node) -> Result<glam::DAffine3> {
+        let mut all = glam::DAffine3::IDENTITY;
+        for step in node.children().filter(Node::is_element) {
+            let fault = |message: &str| source.fault(step, message);
+            let next = match step.tag_name().name() {
+                "translate" => glam::DAffine3::from_translation(self.vector(source, step, 0.0)?),
+                "scale" => glam::DAffine3::from_scale(self.vector(source, step, 1.0)?),
+                "rotate" => {
+                    let angle = self.needed(source, step, "angle")?;
+                    let angle = self.number(source, step, &angle)?;
+                    transform::rotation(self.vector(source, step, 0.0)?, angle)
+                        .ok_or_else(|| fault("the axis of a rotation is not zero"))?
+                }
+                "lookat" | "lookAt" => {
+                    let point = |name: &str| -> Result<Option<glam::DVec3>> {
+                        let Some(text) = self.attribute(source, step, name)? else { return Ok(None) };
+                        let found = color::numbers(&text).and_then(|n| <[f64; 3]>::try_from(n).ok());
+                        found.map(|n| Some(n.into())).ok_or_else(|| fault("a place must be three numbers"))
+                    };
+                    let (origin, target, up) = (point("origin")?, point("target")?, point("up")?);
+                    let (Some(origin), Some(target)) = (origin, target) else {
+                        return Err(fault("<lookat> needs `origin` and `target`"));
+                    };
+                    transform::look_at(origin, target, up)
+                        .ok_or_else(|| fault("origin, target and up of <lookat> span no view"))?
+                }
+                "matrix" => {
+                    let text = self.needed(source, step, "value")?;
+                    let found = color::numbers(&text).and_then(|numbers| transform::matrix(&numbers));
+                    found.ok_or_else(|| fault("a matrix is 9 or 16 numbers, the last row 0 0 0 1"))?
+                }
+                other => return Err(fault(&format!("<{other}> is no step of a transform"))),
+            };
+            all = next * all;
+        }
+        if !all.is_finite() {
+            return Err(source.fault(node, "this transform is not finite"));
+        }
+        Ok(all)
+    }
+
+    fn needed(&self, source: &Source, node: Node, name: &str) -> Result<String> {
+        let tag = node.tag_name().name();
+        self.attribute(source, node, name)?
+            .ok_or_else(|| source.fault(node, format!("<{tag}> needs the attribute `{name}`")))
+    }
+
+    /// An attribute, in which `$name` stands for what a default says. What a default says is not looked into again.
+    fn attribute(&self, source: &Source, node: Node, name: &str) -> Result<Option<String>> {
+        let Some(text) = node.attribute(name) else { return Ok(None) };
+        let mut parts = text.split('$');
+        let mut all = parts.next().unwrap_or_default().to_string();
+        for part in parts {
+            let length = part.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(part.len());
+            // the longest name that is known: `$spp0` may be `$spp` and a 0
+            let known = (1..=length)
+                .rev()
+                .filter(|&k| part.is_char_boundary(k))
+                .find(|&k| self.defaults.contains_key(&part[..k]));
+            let Some(known) = known else {
+                return Err(source.fault(node, format!("nothing says what `${}` is: <default> does", &part[..length])));
+            };
+            all += &self.defaults[&part[..known]];
+            all += &part[known..];
+        }
+        Ok(Some(all))
+    }
+}
+
+/// The file that a scene means by a name.
+pub(super) fn file(scene: &Path, name: &str) -> PathBuf {
+    paths::resolve(scene.parent().unwrap_or(Path::new("")), name.as_bytes())
+}
+
+/// `toWorld` as `to_world`, as versions before 2 spell it; `intIOR` is `int_ior`.
+fn snake(name: &str) -> String {
+    let mut spelt = String::with_capacity(name.len() + 4);
+    let mut before_lower = false;
+    for c in name.chars() {
+        if c.is_uppercase() && before_lower {
+            spelt.push('_');
+        }
+        before_lower = c.is_lowercase() || c.is_ascii_digit();
+        spelt.extend(c.to_lowercase());
+    }
+    spelt
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn old_names_are_those_of_today() {
+        for (old, new) in [
+            ("toWorld", "to_world"),
+            ("intIOR", "int_ior"),
+            ("diffuseReflectance", "diffuse_reflectance"),
+            ("sampleCount", "sample_count"),
+            ("fov", "fov"),
+            ("to_world", "to_world"),
+        ] {
+            assert_eq!(snake(old), new);
+        }
+    }
+}
