@@ -34,6 +34,36 @@ pub(crate) fn points<const D: usize, const N: usize>(number: &[u32; N], bits: u3
         let shuffle = seeds.shuffle[k];
         order[k] = scrambled(number[k].reverse_bits(), shuffle) ^ scrambled(0, shuffle);
     }
+    let mut x = if D <= 2 { plane(&order) } else { sums(&order, bits) };
+    for d in 0..D {
+        for k in 0..N {
+            x[d][k] = scrambled(x[d][k], seeds.scramble[d][k]).reverse_bits();
+        }
+    }
+    x
+}
+
+/// The first two coordinates at most, turned round as the numbers are. A bit of the second is the sum of those bits of the number
+/// whose places hold its own place (Pascal's triangle modulo 2), which five steps add up. Sums bit by bit would become jumps here.
+#[inline(always)]
+fn plane<const D: usize, const N: usize>(order: &[u32; N]) -> [[u32; N]; D] {
+    let mut x = [[0; N]; D];
+    for k in 0..N {
+        let mut sum = order[k].reverse_bits();
+        x[0][k] = sum;
+        sum ^= sum >> 16;
+        sum ^= sum >> 8 & 0x00ff_00ff;
+        sum ^= sum >> 4 & 0x0f0f_0f0f;
+        sum ^= sum >> 2 & 0x3333_3333;
+        sum ^= sum >> 1 & 0x5555_5555;
+        x[D - 1][k] = if D == 2 { sum } else { x[0][k] };
+    }
+    x
+}
+
+/// The same of all dimensions, bit by bit.
+#[inline(always)]
+fn sums<const D: usize, const N: usize>(order: &[u32; N], bits: u32) -> [[u32; N]; D] {
     let mut x = [[0; N]; D];
     for bit in 0..bits {
         let directions: [u32; D] = std::array::from_fn(|d| DIRECTIONS[d][bit as usize % 32]);
@@ -42,11 +72,6 @@ pub(crate) fn points<const D: usize, const N: usize>(number: &[u32; N], bits: u3
             for d in 0..D {
                 x[d][k] ^= flips & directions[d];
             }
-        }
-    }
-    for d in 0..D {
-        for k in 0..N {
-            x[d][k] = scrambled(x[d][k], seeds.scramble[d][k]).reverse_bits();
         }
     }
     x

@@ -57,6 +57,7 @@ fn points_side_by_side_are_those_alone_and_depend_on_their_numbers_and_seeds_onl
         }
         let [x, y] = points::<2, 16>(&number, (bits + 3).min(32), &seeds);
         assert_eq!([x, y], [together[0], together[1]], "as many dimensions as are asked for");
+        assert_eq!(points::<1, 16>(&number, bits, &seeds), [together[0]]);
     }
 }
 
