@@ -8,8 +8,9 @@ use super::SceneFile;
 use crate::film::{FilmSettings, Filter};
 use crate::guiding::settings::GuidingSettings;
 use crate::image::Exposure;
-use crate::integrator::{IntegratorSettings, Roulette};
+use crate::integrator::{IntegratorSettings, Roulette, SamplerKind};
 use crate::io::atomic::write_atomically;
+use crate::light::LightSampler;
 use crate::scene::LoadedAssets;
 use crate::scene::description::{CameraDescription, NamedCamera, Projection};
 use crate::texture::TextureCache;
@@ -91,6 +92,7 @@ fn settings(file: &SceneFile, root: &mut Table, warnings: &mut Vec<String>) {
     root.insert("integrator".into(), Value::Table(integrator(&file.integrator)));
     let mut render = Table::new();
     render.insert("spp".into(), Value::Integer(file.render.spp.into()));
+    render.insert("sampler".into(), named(&SamplerKind::NAMES, file.render.sampler));
     render.insert("robust".into(), Value::Boolean(file.render.robust));
     root.insert("render".into(), Value::Table(render));
     if file.guiding != GuidingSettings::default() {
@@ -160,10 +162,17 @@ fn integrator(settings: &IntegratorSettings) -> Table {
         Roulette::Throughput => "throughput",
         Roulette::Guided => "guided",
     };
+    t.insert("light_sampler".into(), named(LightSampler::NAMES, settings.light_sampler));
     t.insert("roulette".into(), Value::String(roulette.into()));
     t.insert("rr_depth".into(), Value::Integer(settings.rr_depth.into()));
     t.insert("max_split".into(), number(settings.max_split));
     t
+}
+
+/// The name of a value in a list.
+fn named<T: PartialEq>(names: &[(&str, T)], value: T) -> Value {
+    let name = names.iter().find(|(_, other)| *other == value).map_or("", |(name, _)| name);
+    Value::String(name.into())
 }
 
 fn instances(gathered: &LoadedAssets, root: &mut Table) {

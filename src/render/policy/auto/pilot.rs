@@ -12,11 +12,6 @@ use crate::integrator::Counters;
 /// noise, the rest would vary as before, and no guide measured cost less than 1.3 times as much as none.
 pub const MIN_BOUNCED_SHARE: f64 = 1.0 - 1.0 / 1.3;
 
-/// Relative variance of one sample's bounced light below which no guide is tried: few samples then render it well, and what
-/// is left of its noise are rare bright ones, which trials are too short to see. Fitted: a scene with 0.4 was promised 1.3 times
-/// the efficiency and had 0.87; one with 1.2 gained as much as the trials said.
-pub const MIN_BOUNCED_VARIANCE: f64 = 0.7;
-
 /// The least budget, in samples per pixel and in camera paths, in which a guide learns soon enough to pay. The pilot, the
 /// first lesson and two trials take what some twenty unguided samples do. Fitted: with 0.2 million paths every guide lost on
 /// rooms that it rendered three times as well with more.
@@ -91,7 +86,7 @@ impl Pilot {
 impl Baseline {
     /// Whether it makes sense to learn, in a picture of `pixels` pixels with a budget of so many unguided samples each.
     pub fn reason(&self, budget: f64, pixels: u64) -> Reason {
-        if self.bounced_share < MIN_BOUNCED_SHARE || self.bounced < MIN_BOUNCED_VARIANCE {
+        if self.bounced_share < MIN_BOUNCED_SHARE {
             Reason::Calm
         } else if budget < MIN_BUDGET_SAMPLES || budget * (pixels as f64) < MIN_BUDGET_PATHS {
             Reason::Short

@@ -54,7 +54,7 @@ fn what_is_not_worth_a_trial_is_rendered_as_without_a_guide() {
     let small = ["film.width=48", "film.height=40", "render.spp=64"];
     let cases = [
         ("cornell.toml", "integrator.max_depth=2", Reason::Calm),
-        ("cornell.toml", "integrator.max_depth=16", Reason::Calm),
+        ("cornell.toml", "integrator.max_depth=16", Reason::Short),
         ("door.toml", "integrator.max_depth=16", Reason::Short),
     ];
     for (scene, depth, reason) in cases {

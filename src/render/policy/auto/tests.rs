@@ -1,5 +1,5 @@
 use super::cost::{GUIDED_VERTEX_COST, SHADOW_RAY_COST, TRANSITION_COST};
-use super::pilot::{MIN_BOUNCED_SHARE, MIN_BOUNCED_VARIANCE, MIN_BUDGET_PATHS, MIN_BUDGET_SAMPLES};
+use super::pilot::{MIN_BOUNCED_SHARE, MIN_BUDGET_PATHS, MIN_BUDGET_SAMPLES};
 use super::*;
 use crate::integrator::Counters;
 use crate::io::clock::CpuTime;
@@ -74,8 +74,11 @@ fn light_that_did_not_bounce_asks_for_no_guide() {
     assert_eq!(plan(&calm), Plan { mode: Mode::Unguided, samples: LONGEST_ITERATION, continues: true });
     assert_eq!((reason(0.9 * least), reason(1.1 * least)), (Reason::Calm, Reason::Promising), "of a variance of 20");
     let reason = |bounced| begun_of(bounced, 1.2 * bounced, 1000.0).verdict().expect("it was measured").reason;
-    let reasons = (reason(0.9 * MIN_BOUNCED_VARIANCE), reason(1.1 * MIN_BOUNCED_VARIANCE));
-    assert_eq!(reasons, (Reason::Calm, Reason::Promising), "nearly all of it bounced");
+    assert_eq!(
+        [0.01, 0.7, 10.0].map(reason),
+        [Reason::Promising; 3],
+        "nearly all of it bounced, however little varies"
+    );
 }
 
 #[test]

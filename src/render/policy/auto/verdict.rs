@@ -22,7 +22,7 @@ pub struct Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
-    /// Bounced light is too small a part of the noise for any guide to pay, or hardly varies.
+    /// Bounced light is too small a part of the noise for any guide to pay.
     Calm,
     /// The budget is too short to learn in.
     Short,
