@@ -81,8 +81,8 @@ impl Halves {
     }
 
     /// Variances of means, pixel by pixel, where `spread` are those that the means of independent samples would have: these
-    /// times the ratio of squared differences to them, about each pixel among those that count. One difference by itself says
-    /// little.
+    /// times the mean ratio of squared differences to them, about each pixel among those that count. One difference by itself
+    /// says little; and of ratios all pixels have a say, where of sums the brightest would have it alone.
     pub(crate) fn variances(
         &self,
         spread: Vec<f64>,
@@ -93,15 +93,14 @@ impl Halves {
         if !self.are_asked_for() {
             return spread;
         }
-        let difference = |i: usize| {
+        let ratio = |i: usize| {
             let (sum, samples) = moments(i);
-            self.difference(i, sum, samples).unwrap_or(spread[i])
+            self.difference(i, sum, samples).map_or(1.0, |difference| difference / spread[i])
         };
-        let differences: Vec<f64> = (0..spread.len()).into_par_iter().map(difference).collect();
-        let (found, expected) = rayon::join(|| blur(&differences, &counts, width), || blur(&spread, &counts, width));
-        let ratio = |(found, expected): (f64, f64)| if expected > 0.0 { found / expected } else { 1.0 };
-        let ratios = found.into_iter().zip(expected).map(ratio);
-        spread.into_iter().zip(ratios).map(|(spread, ratio)| spread * ratio).collect()
+        let varies = |i: usize| counts(i) && spread[i] > 0.0;
+        let ratios = (0..spread.len()).into_par_iter().map(|i| if varies(i) { ratio(i) } else { 0.0 });
+        let ratios = blur(&ratios.collect::<Vec<f64>>(), varies, width);
+        spread.iter().zip(ratios).map(|(spread, ratio)| spread * ratio).collect()
     }
 }
 

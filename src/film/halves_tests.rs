@@ -155,8 +155,9 @@ fn a_pass_that_was_cut_leaves_pixels_with_halves_of_different_length() {
     let variances = known.film.sample_variances().unwrap();
     let (upper, lower) = variances.split_at(PIXELS / 2);
     let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
-    // per sample: 16 | 16 above and 8 | 8 below, where evenness gains less
-    assert!(mean(upper) < 0.85 * mean(lower), "{} and {}", mean(upper), mean(lower));
+    // per sample, of an edge: 16 | 16 above and 8 | 8 below, where evenness gains less; were all parts alike, both would be equal to
+    // some 4 %
+    assert!(mean(upper) < 0.9 * mean(lower), "{} and {}", mean(upper), mean(lower));
 }
 
 #[test]
