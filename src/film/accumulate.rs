@@ -17,7 +17,7 @@ const MIN_GROUP: u32 = 4;
 
 /// Bytes that a render holds for each pixel, and that writing its pictures takes: the test
 /// `a_render_takes_the_memory_that_is_said` measures them again.
-pub const BYTES_PER_PIXEL: u64 = 320;
+pub const BYTES_PER_PIXEL: u64 = 336;
 
 /// As many more for each radiance layer: sums in double precision thrice (of the group, and before it), and the mean twice.
 pub(crate) const BYTES_PER_LAYER: u64 = 96;

@@ -67,7 +67,7 @@ impl FilmSettings {
         let filters = [("box", Filter::Box), ("tent", Filter::Tent), ("gaussian", Filter::Gaussian)];
         let width = key(
             "width",
-            "of the picture; a render takes some 320 bytes a pixel, and more than there is free is refused",
+            "of the picture; a render takes some 340 bytes a pixel, and more than there is free is refused",
         );
         t.integer(width.unit("pixels"), SIDE, &mut self.width)?;
         t.integer(key("height", "of the picture").unit("pixels"), SIDE, &mut self.height)?;

@@ -1,6 +1,6 @@
 //! What a tile learnt: transitions, in the order of its paths, sorted only by the shard that will read them.
 
-use crate::guiding::packed_color::Hue;
+use crate::guiding::hue::Hue;
 use crate::guiding::packed_direction::PackedDirection;
 use crate::guiding::spatial::RegionId;
 use crate::math::rng::mix;

@@ -2,11 +2,12 @@
 
 use super::directional::hemitree::Node;
 use super::directional::{DirectionalModel, InFrame, Model, Normals, SamplingOptions};
-use super::packed_color::PackedColor;
+use super::hue::Hue;
 use super::region::Region;
 use super::region_index::RegionIndex;
 use super::spatial::{Partition, RegionId, RegionLookup, SpatialPartition};
 use super::store::RegionStore;
+use crate::math::luminance;
 use crate::simd::{LANES, Vec3Lanes};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -35,8 +36,9 @@ pub struct RegionInfo {
     pub square: f32,
     pub mean: f32,
     pub rays: f32,
-    /// What is expected of that estimate, in colour: its mean, the nearer to 0 the less is known of it.
-    pub expected: PackedColor,
+    /// What is expected of that estimate: its mean, the nearer to 0 the less is known of it. Luminance and colour.
+    pub expected: f32,
+    pub hue: Hue,
 }
 
 impl RegionInfo {
@@ -93,6 +95,7 @@ impl<S: SpatialPartition, D: DirectionalModel> Snapshot<S, D> {
         let options = &self.options;
         let fraction = if options.learnt_fraction { region.fraction.value() } else { options.bsdf_fraction };
         let (directions, totals) = self.model.freeze(&region.directions, options, fraction);
+        let expected = region.returns.expected();
         let row = RegionInfo {
             key: region.key,
             normal: if oriented { region.normal } else { Vec3::ZERO },
@@ -105,7 +108,8 @@ impl<S: SpatialPartition, D: DirectionalModel> Snapshot<S, D> {
             square: region.returns.square,
             mean: region.returns.mean,
             rays: region.returns.rays,
-            expected: PackedColor::new(region.returns.expected()),
+            expected: luminance(expected),
+            hue: Hue::of(expected),
         };
         (row, directions)
     }

@@ -1,6 +1,6 @@
 //! How many paths go on from a vertex: none, one, or several.
 
-use crate::guiding::{PackedColor, RegionInfo};
+use crate::guiding::{Hue, RegionInfo};
 use crate::simd::pick;
 
 /// Survival of roulette at most, so that no path between mirrors runs for ever.
@@ -41,14 +41,15 @@ pub(crate) struct Moments {
     pub(crate) square: f32,
     pub(crate) mean: f32,
     pub(crate) rays: f32,
-    /// What is expected of it, in colour.
-    pub(crate) expected: PackedColor,
+    /// What is expected of it: luminance and colour.
+    pub(crate) expected: f32,
+    pub(crate) hue: Hue,
 }
 
 impl Moments {
     #[inline(always)]
-    pub(crate) fn of(&RegionInfo { square, mean, rays, expected, .. }: &RegionInfo) -> Moments {
-        Moments { square, mean, rays, expected }
+    pub(crate) fn of(&RegionInfo { square, mean, rays, expected, hue, .. }: &RegionInfo) -> Moments {
+        Moments { square, mean, rays, expected, hue }
     }
 }
 

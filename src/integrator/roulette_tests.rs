@@ -1,9 +1,9 @@
 use super::*;
-use crate::guiding::PackedColor;
+use crate::guiding::Hue;
 use crate::math::rng::Rng;
 
 fn with(mean: f32, square: f32, rays: f32) -> Moments {
-    Moments { square, mean, rays, expected: PackedColor::default() }
+    Moments { square, mean, rays, expected: 0.0, hue: Hue::GREY }
 }
 
 /// Of a picture whose paths take as many rays as they have variance. Pixels have a luminance of 2 unless said.

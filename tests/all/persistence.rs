@@ -186,7 +186,7 @@ fn forged_files_do_no_harm() {
 
 /// The format is not to change unnoticed: whoever changes what is stored raises the version, and this number.
 #[test]
-fn the_format_is_that_of_version_5() {
+fn the_format_is_that_of_version_6() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.guide");
     let settings = GuidingSettings { resolution: 1, ..GuidingSettings::default() };
@@ -200,7 +200,7 @@ fn the_format_is_that_of_version_5() {
     guide.learn(&[&recorder]);
     guide_file::write(&path, &guide, &subject(&settings), 300).unwrap();
     let bytes = std::fs::read(&path).unwrap();
-    assert_eq!(bytes[..12], *b"PTXGUIDE\x05\0\0\0");
+    assert_eq!(bytes[..12], *b"PTXGUIDE\x06\0\0\0");
     assert_eq!((bytes.len(), crc32fast::hash(&bytes[..bytes.len() - 4])), (480, 2_718_326_599));
 }
 

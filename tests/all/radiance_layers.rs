@@ -93,7 +93,7 @@ fn light_groups_are_what_their_lights_alone_would_give() {
 #[test]
 fn surroundings_are_in_one_group() {
     let scene = "[camera]\norigin = [0, 0, 3]\n[[mesh]]\npath = 'm.obj'\n\
-        [[light]]\ntype = 'constant'\nradiance = 1\nlight_group = 'a'\n[[light]]\ntype = 'sun'\ndirection = [0, -1, 0]\n";
+        [[light]]\ntype = 'constant'\nradiance = 1\nlight_group = 'a'\n[[light]]\ntype = 'sun'\ndirection = [0, -1, 0]\nirradiance = 1\n";
     let folder = written(&[("scene.toml", scene), ("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")]);
     let error = describe(&folder.path().join("scene.toml"), &[]).load_scene(1).map(drop).unwrap_err().to_string();
     assert!(error.contains("must be in one group, not in `default` and `a`"), "{error}");

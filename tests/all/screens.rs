@@ -34,8 +34,9 @@ fn lamp(material: &str, library: &str, place: &str) -> TempDir {
     folder
 }
 
+/// With independent samples, of which the variance says how good their mean is.
 fn loaded(folder: &TempDir) -> Loaded {
-    load(&folder.path().join("scene.toml"), &[])
+    load(&folder.path().join("scene.toml"), &["render.sampler='independent'"])
 }
 
 /// Linear light of the grey 128.

@@ -77,8 +77,8 @@ fn a_pass_that_is_cut_leaves_each_pixel_with_the_mean_of_its_own_samples() {
     let loaded = own("cornell", &SMALL);
     let mut settings = loaded.settings.clone();
     settings.render.combine = Combine::All;
-    // iterations of 1, 2, 4 and 8 samples, in passes of 4 at most: the second half of the fourth, and the very first
-    for (at, whole, more) in [(4 * TILES + 6, 11, 4), (6, 0, 1)] {
+    // iterations of 1, 2, 4 and 8 samples, each in two passes of 4 at most: the second half of the fourth, and the very first
+    for (at, whole, more) in [(6 * TILES + 6, 11, 4), (6, 0, 1)] {
         let rendering = stopped(&loaded, &settings, false, Stop::insist, at);
         let counts = counts(&rendering);
         // the task under way is given up: the picture has those before it
@@ -96,7 +96,7 @@ fn a_pass_that_is_cut_leaves_each_pixel_with_the_mean_of_its_own_samples() {
 fn a_short_pass_is_finished_unless_somebody_insists() {
     let loaded = own("cornell", &SMALL);
     let rendering = stopped(&loaded, &loaded.settings, false, Stop::ask, 2 * TILES + 3);
-    assert_eq!((rendering.samples, rendering.estimate.spread()), (7, (7, 7, 0)), "all of the third pass");
+    assert_eq!((rendering.samples, rendering.estimate.spread()), (3, (3, 3, 0)), "all of the third pass");
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn blocks_may_be_cut_too() {
 fn a_guided_render_that_is_cut_has_a_picture_and_a_guide() {
     let loaded = own("cornell", &["film.width=160", "film.height=90", "guiding.method=grid", "render.spp=64"]);
     for wish in [Stop::ask, Stop::insist] {
-        let rendering = stopped(&loaded, &loaded.settings, true, wish, 5 * TILES + 6);
+        let rendering = stopped(&loaded, &loaded.settings, true, wish, 7 * TILES + 6);
         assert!(rendering.guide.as_ref().is_some_and(|guide| guide.states() > 0));
         let (least, most, blank) = rendering.estimate.spread();
         assert!((15..=19).contains(&least) && most <= 19 && blank == 0, "{least} to {most}");

@@ -3,7 +3,7 @@
 use super::guided::Guided;
 use crate::bsdf::BsdfLanes;
 use crate::geometry::Surfaces;
-use crate::guiding::{GuideLanes, GuidingDistribution, Node, PackedColor};
+use crate::guiding::{GuideLanes, GuidingDistribution, Hue, Node};
 use crate::integrator::mixture::{Densities, GuidedLobes, Mixture};
 use crate::integrator::roulette::Moments;
 use crate::integrator::sampler::PathKeys;
@@ -36,7 +36,8 @@ pub(super) struct Packet<'a> {
     square: Lanes,
     mean: Lanes,
     rays_behind: Lanes,
-    expected: [PackedColor; LANES],
+    expected: Lanes,
+    hue: [Hue; LANES],
     pub(crate) lights: LightSamples,
     /// By which lights are chosen, where that is by more than their power.
     pub(crate) light_normals: Vec3Lanes,
@@ -61,7 +62,8 @@ impl<'a> Packet<'a> {
             square: [0.0; LANES],
             mean: [0.0; LANES],
             rays_behind: [1.0; LANES],
-            expected: [PackedColor::default(); LANES],
+            expected: [0.0; LANES],
+            hue: [Hue::GREY; LANES],
             lights: LightSamples::new(),
             light_normals: Vec3Lanes::ZERO,
             keys: PathKeys::NONE,
@@ -173,10 +175,10 @@ impl<'a> Packet<'a> {
 
     /// Takes what the state at vertex `k` knows of what comes back to it.
     #[inline(always)]
-    pub(crate) fn set_moments(&mut self, k: usize, Moments { square, mean, rays, expected }: Moments) {
+    pub(crate) fn set_moments(&mut self, k: usize, Moments { square, mean, rays, expected, hue }: Moments) {
         self.has_moments.set(k, true);
         (self.square[k], self.mean[k], self.rays_behind[k]) = (square, mean, rays);
-        self.expected[k] = expected;
+        (self.expected[k], self.hue[k]) = (expected, hue);
     }
 
     /// Where a state has told so much.
@@ -189,7 +191,7 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub(crate) fn moments(&self, k: usize) -> Moments {
         let (square, mean, rays) = (self.square[k], self.mean[k], self.rays_behind[k]);
-        Moments { square, mean, rays, expected: self.expected[k] }
+        Moments { square, mean, rays, expected: self.expected[k], hue: self.hue[k] }
     }
 
     /// What the states expect to come back by the lobes that a guide may stand in for, where surfaces reflect `albedo`; black where
@@ -202,7 +204,7 @@ impl<'a> Packet<'a> {
         }
         let told = self.has_moments.lanes();
         for k in 0..LANES {
-            let light = albedo.get(k) * (self.expected[k].color() * share[k]);
+            let light = albedo.get(k) * self.hue[k].light() * (self.expected[k] * share[k]);
             expected.set(k, pick(told.has(k), light, Rgb::ZERO));
         }
     }

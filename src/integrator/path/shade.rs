@@ -194,7 +194,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         packet.expected(&survival.albedo, &mut expected);
         let before = self.batch.wave.paths.packet(packet.ray(0));
         for k in 0..LANES {
-            let missing = 1.0 - survival.count[k] as f32 / survival.paths[k];
+            // where no branch was expected, nothing was to be expected of it
+            let missing = pick(survival.paths[k] > 0.0, 1.0 - survival.count[k] as f32 / survival.paths[k], 0.0);
             expected.set(k, before.throughput.get(k) * expected.get(k) * missing);
         }
         for k in each(packet.has_moments()) {
