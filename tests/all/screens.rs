@@ -14,7 +14,7 @@ const LAMP: &str = "mtllib lamp.mtl\nv 1 1 -0.5\nv 2 1 -0.5\nv 2 1 0.5\nv 1 1 0.
     f 1/1 2/2 3/3 4/4\n";
 /// The floor is seen about the origin; only light that comes directly from the lamp counts.
 const HEAD: &str = "[camera]\norigin = [0, 2, 0.5]\ntarget = [0, 0, 0]\nvfov = 0.5\n[film]\nwidth = 8\nheight = 8\n\
-    [integrator]\nmax_depth = 2\n[guiding]\nmethod = 'none'\n[render]\nspp = 2000\ncombine = 'all'\n\
+    [integrator]\nmax_depth = 2\n[guiding]\nmethod = 'none'\n[render]\nspp = 3000\ncombine = 'all'\n\
     [[mesh]]\npath = 'floor.obj'\n[material.floor]\ntype = 'diffuse'\nreflectance = 0.5\n";
 
 /// All p-values together raise a false alarm with this probability.
