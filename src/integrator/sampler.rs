@@ -121,7 +121,7 @@ impl<const N: usize> PathKeys<N> {
     /// other branches.
     #[inline(always)]
     pub(crate) fn branch(&self, vertex: u32, branch: u32) -> PathKeys<N> {
-        let [key, ..] = hash4([self.key, [branch; N], [vertex; N], [BRANCH; N]]);
+        let [key, ..] = hash4([&self.key, &[branch; N], &[vertex; N], &[BRANCH; N]]);
         PathKeys { key, sample: self.sample }
     }
 }
@@ -197,14 +197,14 @@ impl Sampler {
     fn words<const D: usize, const N: usize>(self, set: Set, keys: &PathKeys<N>) -> [[u32; N]; D] {
         let (vertex, set) = set.place();
         if self.kind == SamplerKind::Sobol && vertex <= STRATIFIED_VERTICES {
-            let [x, y, z, shuffle] = hash4([keys.key, [0; N], [set; N], [SEEDS; N]]);
+            let [x, y, z, shuffle] = hash4([&keys.key, &[0; N], &[set; N], &[SEEDS; N]]);
             let mut w = [0; N];
             for k in 0..N {
                 w[k] = hash1(shuffle[k]);
             }
             sobol::points(&keys.sample, self.bits, &Seeds { shuffle, scramble: [x, y, z, w] })
         } else {
-            let words = hash4([keys.key, keys.sample, [set; N], [INDEPENDENT; N]]);
+            let words = hash4([&keys.key, &keys.sample, &[set; N], &[INDEPENDENT; N]]);
             std::array::from_fn(|d| words[d])
         }
     }

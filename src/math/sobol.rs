@@ -65,12 +65,12 @@ fn plane<const D: usize, const N: usize>(order: &[u32; N]) -> [[u32; N]; D] {
 #[inline(always)]
 fn sums<const D: usize, const N: usize>(order: &[u32; N], bits: u32) -> [[u32; N]; D] {
     let mut x = [[0; N]; D];
+    // dimension by dimension, as a loop over lanes with several sums in it becomes jumps
     for bit in 0..bits {
-        let directions: [u32; D] = std::array::from_fn(|d| DIRECTIONS[d][bit as usize % 32]);
-        for k in 0..N {
-            let flips = ((order[k] << bit) as i32 >> 31) as u32;
-            for d in 0..D {
-                x[d][k] ^= flips & directions[d];
+        for (d, sums) in x.iter_mut().enumerate() {
+            let direction = DIRECTIONS[d][bit as usize % 32];
+            for k in 0..N {
+                sums[k] ^= ((order[k] << bit) as i32 >> 31) as u32 & direction;
             }
         }
     }

@@ -232,7 +232,8 @@ fn hashes_of_counters_pass_for_independent() {
         let at = |i: u32| {
             let mut input = [[7], [1], [2], [0x9e37_79b9]];
             input[word] = [i];
-            hash4::<1>(input).map(|[x]| x)
+            let [a, b, c, d] = &input;
+            hash4::<1>([a, b, c, d]).map(|[x]| x)
         };
         for (a, b, step) in [(0, 0, 1), (1, 1, 1), (2, 2, 1), (3, 3, 1), (0, 1, 0), (1, 2, 0), (2, 3, 0), (0, 3, 0)] {
             for low in [28, 8, 0] {
