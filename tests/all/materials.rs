@@ -5,7 +5,7 @@ use crate::common::square::{SKY, halves, loaded, square};
 
 /// The mean colour of the picture.
 fn seen(library: &str) -> [f64; 3] {
-    let folder = square(&format!("{SKY}"), library);
+    let folder = square(SKY, library);
     let [a, b] = halves(&loaded(&folder));
     std::array::from_fn(|channel| 0.5 * (a[channel] + b[channel]))
 }

@@ -267,7 +267,7 @@ fn objects_are_named_by_o_and_else_by_g() {
     ];
     for (text, wanted) in cases {
         for block in [1 << 20, 1, 9, 17] {
-            let found = load_text(&format!("{square}{text}"), block).unwrap().parts;
+            let found = load_text(format!("{square}{text}"), block).unwrap().parts;
             assert_eq!(found, wanted, "{text:?} in blocks of {block}");
         }
     }
