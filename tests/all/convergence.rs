@@ -19,8 +19,7 @@ const SEEDS: u64 = 4;
 fn reported(furnace: &Furnace, settings: &Settings) -> (f64, f64) {
     let mut settings = settings.clone();
     let of_seed = |seed| {
-        // rules are compared, and no rule is helped by how evenly a pixel's samples lie
-        (settings.render.seed, settings.render.sampler) = (seed, SamplerKind::Independent);
+        settings.render.seed = seed;
         let rendering = render(&furnace.scene, &settings, &mut |_| true);
         let Reported { mean, rms, known } = furnace.reported(&rendering.guide.expect("the method is not none"));
         assert!(known > 0.75, "the guide knows only {known} of the points");
@@ -49,6 +48,8 @@ fn irradiance_approaches_the_truth_but_for_q_learning() {
             (settings.guiding.table, settings.guiding.rule, settings.guiding.rate) = (table, rule, rate);
             (settings.guiding.strata, settings.guiding.blend_visits) = (6, 100.0);
             settings.guiding.bsdf_fraction = fraction;
+            // rules are compared, and none is to be helped by how evenly a pixel's samples lie
+            settings.render.sampler = SamplerKind::Independent;
             let (mean, rms) = reported(&furnace, &settings);
             let way = format!("albedo {albedo}, {table:?}, {rule:?}, {rate:?}, BSDF share {fraction}");
             println!("{way}: {mean:.4} of the truth, off by {rms:.4} rms");
