@@ -2,15 +2,16 @@
 
 use crate::math::{Rgb, luminance};
 
-/// The colour of light without its amount: the shares of red and of blue in the sum of the channels, in 255ths.
+/// The colour of light without its amount: the shares of red and of blue in the sum of the channels, in 65535ths: fine enough that what
+/// rounding turns is no more than rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hue {
-    red: u8,
-    blue: u8,
+    red: u16,
+    blue: u16,
 }
 
 impl Hue {
-    pub const GREY: Hue = Hue { red: 85, blue: 85 };
+    pub const GREY: Hue = Hue { red: 21845, blue: 21845 };
 
     /// That of `light`; grey where it has none.
     #[inline]
@@ -19,7 +20,7 @@ impl Hue {
         if !(sum > 0.0 && sum.is_finite() && light.min_element() >= 0.0) {
             return Hue::GREY;
         }
-        let share = |channel: f32| (255.0 * channel / sum).round() as u8;
+        let share = |channel: f32| (65535.0 * channel / sum).round() as u16;
         Hue { red: share(light.x), blue: share(light.z) }
     }
 
@@ -27,7 +28,7 @@ impl Hue {
     #[inline(always)]
     pub fn light(self) -> Rgb {
         let (red, blue) = (f32::from(self.red), f32::from(self.blue));
-        let light = Rgb::new(red, (255.0 - red - blue).max(0.0), blue);
+        let light = Rgb::new(red, (65535.0 - red - blue).max(0.0), blue);
         light / luminance(light)
     }
 }
@@ -46,7 +47,7 @@ mod tests {
             let hue = Hue::of(color).light();
             assert!((luminance(hue) - 1.0).abs() < 1e-5);
             let exact = color / luminance(color);
-            assert!((hue - exact).abs().max_element() < 0.03 * exact.max_element(), "{hue} {exact}");
+            assert!((hue - exact).abs().max_element() < 1e-3 * exact.max_element(), "{hue} {exact}");
         }
     }
 
