@@ -98,8 +98,8 @@ fn a_power_of_two_scales_every_bit() {
 /// is the same to rounding, but for weights that iterations get by their variance: every path has a say in those.
 ///
 /// A path that is turned early teaches a state something else, and then all later draws from that state have other
-/// densities. An SD-tree that is turned so is another tree in every third render. But no absolute number in the program would come
-/// and go with the seed: what differs with some seeds must not with another.
+/// densities. A guide that learns on-line is turned by any such path. But no absolute number in the program would come and go with the
+/// seed: what differs with some seeds must not with another.
 #[test]
 fn any_factor_scales_the_picture_to_rounding() {
     const SEEDS: u64 = 4;
