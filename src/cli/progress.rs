@@ -105,6 +105,8 @@ pub(crate) struct Bar {
 
 struct Shared {
     state: Mutex<State>,
+    /// Whether each stage is told at once, by the thread that begins it: a ticker would miss the short ones.
+    tells_stages: bool,
     /// Wakes the ticker for the end.
     changed: Condvar,
 }
@@ -142,7 +144,11 @@ impl Bar {
     /// As asked for, beginning with this stage.
     pub(crate) fn of(show: Show, stage: Stage) -> Bar {
         let state = State { stage, since: Instant::now(), progress: None, finished: false };
-        let shared = Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() });
+        let tells_stages = show == Show::Json;
+        if tells_stages {
+            state.print_json();
+        }
+        let shared = Arc::new(Shared { state: Mutex::new(state), tells_stages, changed: Condvar::new() });
         let form = match show {
             Show::None => None,
             Show::Json => Some(Form::Json),
@@ -162,8 +168,9 @@ impl Bar {
         let mut state = lock(&self.shared.state);
         if state.stage != stage {
             (state.stage, state.since, state.progress) = (stage, Instant::now(), None);
-            drop(state);
-            self.shared.changed.notify_all();
+            if self.shared.tells_stages {
+                state.print_json();
+            }
         }
     }
 
@@ -192,25 +199,18 @@ impl Drop for Bar {
 impl Shared {
     /// Shows the state again and again until it is finished.
     fn tick(&self, form: &Form) {
-        let (mut state, mut stage) = (lock(&self.state), None);
+        let (mut state, mut begins) = (lock(&self.state), true);
         while !state.finished {
             match form {
                 Form::Bar(bar) => state.draw(bar),
-                // A program learns of each stage at once.
+                // At the beginning there is nothing that a line could add.
+                _ if begins => {}
                 Form::Json => state.print_json(),
-                Form::Lines if stage.is_some() => say(&state.line()),
-                Form::Lines => {}
+                Form::Lines => say(&state.line()),
             }
-            stage = Some(state.stage);
-            let due = Instant::now() + form.interval();
-            loop {
-                let left = due.saturating_duration_since(Instant::now());
-                let awaited = matches!(form, Form::Json) && stage != Some(state.stage);
-                if left.is_zero() || state.finished || awaited {
-                    break;
-                }
-                state = self.changed.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
-            }
+            begins = false;
+            let waited = self.changed.wait_timeout_while(state, form.interval(), |state| !state.finished);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
         if let Form::Bar(bar) = form {
             *lock(&SHOWN) = None;
