@@ -25,6 +25,7 @@ mod render;
 mod report;
 mod signals;
 
+use crate::io::contain;
 use crate::platform::Platform;
 use anyhow::Context as _;
 use clap::error::ErrorKind;
@@ -69,6 +70,7 @@ enum Command {
 
 /// Runs the command that `argv` names.
 pub fn run() -> ExitCode {
+    contain::silence();
     let result = match Arguments::try_parse().unwrap_or_else(|error| leave(error)).command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),

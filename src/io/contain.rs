@@ -1,18 +1,35 @@
 //! Keeps the faults of file decoders inside the file that caused them.
 
 use crate::{Error, Result};
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+
+thread_local! {
+    /// Whether this thread runs a decoder whose panic becomes an error.
+    static CONTAINS: Cell<bool> = const { Cell::new(false) };
+}
+
+/// From now on nothing is printed of panics that become errors: the error says it.
+pub(crate) fn silence() {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !CONTAINS.get() {
+            hook(panic);
+        }
+    }));
+}
 
 /// Pictures wider or higher than this are refused.
 pub(crate) const MAX_SIDE: u64 = 1 << 16;
 
 /// Runs a decoder written by others: should it panic on a damaged file, that is an error about `path`.
-///
-/// The panic hook still sees the panic.
 pub(crate) fn contain<T>(path: &Path, decode: impl FnOnce() -> Result<T>) -> Result<T> {
+    let outer = CONTAINS.replace(true);
     // What `decode` borrows is not looked at again after a panic, so no broken state is seen.
-    catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| Err(Error::file(path, "damaged: the decoder gave up")))
+    let result = catch_unwind(AssertUnwindSafe(decode));
+    CONTAINS.set(outer);
+    result.unwrap_or_else(|_| Err(Error::file(path, "damaged: the decoder gave up")))
 }
 
 /// Refuses pictures that no renderer needs, before memory is taken for them.

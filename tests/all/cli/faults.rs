@@ -39,6 +39,14 @@ fn a_file_of_another_kind_is_refused() {
 }
 
 #[test]
+fn a_file_that_a_decoder_panics_on_is_an_error_and_nothing_else() {
+    // gltf-json 1.4 looks up the accessor without asking whether there is one.
+    let primitive = r#"{"primitives": [{"attributes": {"POSITION": 0}}]}"#;
+    let message = failure_of("a.gltf", &format!(r#"{{"asset": {{"version": "2.0"}}, "meshes": [{primitive}]}}"#));
+    assert!(message.starts_with("error: a.gltf: ") && message.lines().count() == 1, "{message}");
+}
+
+#[test]
 fn faults_of_a_model_have_file_and_line() {
     let number = failure_of("a.obj", "v 0 0 0\nv 1 zero 0\n");
     assert!(number.starts_with("error: a.obj:2:"), "{number}");

@@ -245,7 +245,7 @@ fn progress_for_programs_is_json_line_by_line() {
     // However short a stage is, it is told of.
     let mut told = stages.clone();
     told.dedup();
-    assert_eq!(told, ["loading", "building", "rendering", "writing"], "{stages:?}");
+    assert_eq!(told, ["loading", "textures", "building", "rendering", "writing"], "{stages:?}");
     assert!(lines.iter().any(|line| line["message"].as_str().is_some_and(|text| text == "wrote a.png")));
     let silent = render(here.path(), "cornell.toml", &["--spp", "2", "-o", "a.png", "--progress", "json", "-q"]);
     assert_eq!(stderr(&silent), "");
