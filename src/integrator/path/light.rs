@@ -19,6 +19,10 @@ impl<P: Probe> Wavefront<'_, '_, P> {
             return;
         }
         self.draw_lights(packet, depth);
+        let drawn = &packet.lights.pdf;
+        if !mask(|k| drawn[k] > 0.0).any() {
+            return;
+        }
         let (mut f, mut pdf) = (Vec3Lanes::ZERO, [0.0; LANES]);
         packet.eval_pdf(&mut f, &mut pdf);
         let mut weight = [1.0; LANES];

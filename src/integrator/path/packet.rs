@@ -266,7 +266,8 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     fn mix_trees(&self, f: &Vec3Lanes, pdf: &mut Lanes) {
         let mut guide = [0.0; LANES];
-        self.trees.pdf(mask(|k| f.get(k) != Rgb::ZERO), &self.lights.wi, &mut guide);
+        let drawn = &self.lights.pdf;
+        self.trees.pdf(mask(|k| (f.get(k) != Rgb::ZERO) & (drawn[k] > 0.0)), &self.lights.wi, &mut guide);
         let trees = self.trees.are().lanes();
         for k in 0..LANES {
             let mixed = Densities::mixed(self.bsdf_fraction[k], pdf[k], guide[k]).mixture;

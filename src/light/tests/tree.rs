@@ -10,6 +10,7 @@ use crate::light::{
 };
 use crate::math::rng::Rng;
 use crate::math::{Rgb, warp};
+use crate::simd::{LANES, Mask, Vec3Lanes};
 use crate::stats::chi2::chi2_discrete;
 use glam::{Affine3A, DVec3, Vec3};
 use std::sync::Arc;
@@ -153,6 +154,42 @@ fn probabilities_add_up_to_one() {
     assert!(least > 0.5 && most < 1.0 + 1e-5, "between {least} and {most}");
 }
 
+/// Behind lights that all face away nothing is drawn, one by one or side by side.
+#[test]
+fn places_that_no_light_reaches_are_known() {
+    let mut rng = Rng::new(45);
+    let corner = |rng: &mut Rng| Vec3::new(rng.f32(), rng.f32(), 0.01 * rng.f32());
+    let triangles: Vec<EmissiveTriangle> = (0..40)
+        .map(|triangle| {
+            let [a, b, c] = [0; 3].map(|_| corner(&mut rng));
+            let corners = if (b - a).cross(c - a).z > 0.0 { [a, b, c] } else { [a, c, b] };
+            EmissiveTriangle {
+                corners,
+                two_sided: false,
+                pattern: None,
+                triangle,
+                ..random_triangles(&mut rng, 1)[0].clone()
+            }
+        })
+        .filter(|t| (t.corners[1] - t.corners[0]).cross(t.corners[2] - t.corners[0]).normalize().z > 0.99)
+        .collect();
+    let lights = Lights::build(&triangles, vec![], 10.0).unwrap();
+    let (mut p, mut n) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO);
+    for k in 0..LANES {
+        p.set(k, Vec3::new(rng.f32(), rng.f32(), if k % 2 == 0 { -3.0 } else { 3.0 }));
+        n.set(k, Vec3::new(0.0, 0.0, if k % 4 < 2 { 1.0 } else { -1.0 }));
+    }
+    let chosen = lights.tree.choose_lanes(!Mask::NONE, &p, &n, &[0.5; LANES]);
+    for k in 0..LANES {
+        // above the lights, and facing them
+        let reached = k % 2 == 1 && k % 4 >= 2;
+        let ctx = LightSampleContext { p: p.get(k), n: n.get(k) };
+        assert_eq!(chosen.pmf[k] > 0.0, reached, "{k}");
+        assert_eq!(lights.tree.choose(&ctx, 0.5).is_some(), reached, "{k}");
+        assert_eq!(lights.tree.root(&ctx).pmf(0) > 0.0, reached, "{k}");
+    }
+}
+
 /// However a triangle lies to a point, near, far, grazing, tiny: if it sends light to the point, it may be drawn.
 #[test]
 fn no_light_that_reaches_a_point_is_left_out() {
@@ -164,10 +201,16 @@ fn no_light_that_reaches_a_point_is_left_out() {
         let far = 10f32.powi(round as i32 % 5 - 2);
         let scale = 10f32.powi(round as i32 % 9 - 4);
         for t in &mut triangles {
-            t.corners = t.corners.map(|c| c * scale);
+            // in some rounds all lights face one way, or nearly, and most places are lit by none
+            let flat = [1.0, 0.1, 0.001][round % 3];
+            t.corners = t.corners.map(|c| c * Vec3::new(1.0, 1.0, flat) * scale);
+            if round % 3 > 0 && (t.corners[1] - t.corners[0]).cross(t.corners[2] - t.corners[0]).z < 0.0 {
+                t.corners.swap(1, 2);
+            }
+            t.two_sided &= round % 2 == 0;
             t.pattern = None;
         }
-        let lights = Lights::build(&triangles, vec![], 10.0 * scale).unwrap();
+        let Ok(lights) = Lights::build(&triangles, vec![], 10.0 * scale) else { continue };
         for _ in 0..10 {
             let t = &triangles[rng.next_u32() as usize % triangles.len()];
             let [b, c] = warp::square_to_triangle(rng.f32x2());

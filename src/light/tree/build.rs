@@ -41,6 +41,13 @@ pub(super) fn nodes(lights: &[LightBounds], set: &mut [u32], others: f64) -> (Ve
     (all, unit)
 }
 
+/// What holds all lights; `None` where there are none.
+pub(super) fn whole(lights: &[LightBounds]) -> Option<Cluster> {
+    let set = Vec::from_iter(0..lights.len() as u32);
+    let sums = Summary::of(lights.iter(), lights.first()?.axis);
+    Some(Cluster::of_set(lights, &set, &sums))
+}
+
 /// The node where the first of its tree comes to stand at `first`.
 fn moved(mut node: Node, first: u32) -> Node {
     for k in 0..node.count() {

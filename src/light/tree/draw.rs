@@ -5,7 +5,7 @@ use super::node::Link;
 use super::patch::part;
 use super::{LightTree, is_amount};
 use crate::math::ONE_MINUS_EPSILON_F64;
-use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, pick};
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
 use glam::Vec3;
 
 /// A light that was chosen.
@@ -189,8 +189,27 @@ impl LightTree {
             points.p.set(k, p.get(k) * self.scale);
             points.oriented[k] = u32::from(n.get(k) != Vec3::ZERO);
         }
-        let (index, pmf, rest) = self.draw_lanes_at_root(&points, u);
+        let lit = lit & self.reached(&points);
+        if !lit.any() {
+            return ChoiceLanes { light: [0; LANES], pmf: [0.0; LANES], rest: *u };
+        }
+        let (index, mut pmf, rest) = self.draw_lanes_at_root(&points, u);
+        let lit_lanes = lit.lanes();
+        for k in 0..LANES {
+            pmf[k] = pick(lit_lanes.has(k), pmf[k], 0.0);
+        }
         self.descend(lit, &points, index, pmf, rest)
+    }
+
+    /// [`Self::may_reach`] for all.
+    #[inline(always)]
+    fn reached(&self, points: &Points) -> Mask {
+        let Some(whole) = &self.whole else { return !Mask::NONE };
+        let mut importance = [0.0; LANES];
+        for k in 0..LANES {
+            importance[k] = whole.importance(points.p.get(k), points.n.get(k), points.oriented[k] != 0);
+        }
+        mask(|k| importance[k] > 0.0)
     }
 
     #[inline(always)]

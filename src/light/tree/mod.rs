@@ -21,7 +21,7 @@ use crate::simd::{LANES, Lanes};
 use draw::{Draw, Sums, draw};
 use far::Far;
 use glam::Vec3;
-use node::{Link, Node};
+use node::{Child, Link, Node};
 use patch::part;
 
 /// Chooses a light by what it may send to a point.
@@ -31,6 +31,8 @@ pub(super) struct LightTree {
     nodes: Vec<Node>,
     /// How many children the root has.
     children: usize,
+    /// What holds all lights of the tree, where none is at infinity: many points are lit by nothing at all.
+    whole: Option<Child>,
     /// Lights at infinity, which stand beside the root's children, and their indices.
     far: Vec<(Far, u32)>,
     /// The light or the patch, if there is but one: it is chosen without a look.
@@ -65,6 +67,7 @@ impl LightTree {
         nodes.iter_mut().for_each(|node| node.rename(|k| near[k as usize].light));
         let mut tree = LightTree {
             children: nodes[0].count(),
+            whole: build::whole(&bounds).filter(|_| far.is_empty()).map(|cluster| Child::whole(&cluster)),
             far: far.iter().map(|(index, light)| (Far::new(light, unit), *index)).collect(),
             only: (near.len() + far.len() == 1).then(|| near.first().map_or_else(|| far[0].0, |patch| patch.light)),
             shares: shares(near, count),
@@ -121,6 +124,9 @@ impl LightTree {
             return Some(Choice { light, pmf: 1.0, rest: u });
         }
         let (p, n) = (ctx.p * self.scale, ctx.n);
+        if !self.may_reach(p, n, n != Vec3::ZERO) {
+            return None;
+        }
         let Draw { index, mut pmf, rest: mut u } = self.draw_at_root(p, n, u)?;
         if index >= LANES {
             return Some(Choice { light: self.far[index - LANES].1, pmf: pmf as f32, rest: u });
@@ -138,10 +144,17 @@ impl LightTree {
         }
     }
 
+    /// Whether light may reach the side of `n` at `p`, in the tree's unit of length; or `p` at all, unless `oriented`.
+    #[inline(always)]
+    fn may_reach(&self, p: Vec3, n: Vec3, oriented: bool) -> bool {
+        self.whole.as_ref().is_none_or(|whole| whole.importance(p, n, oriented) > 0.0)
+    }
+
     /// What the root says of a point, for questions about the probabilities of lights.
     pub fn root(&self, ctx: &LightSampleContext) -> RootView<'_> {
         let (p, n) = (ctx.p * self.scale, ctx.n);
-        let importances = if self.only.is_some() { [0.0; LANES] } else { self.nodes[0].importances(p, n) };
+        let looks = self.only.is_none() && self.may_reach(p, n, n != Vec3::ZERO);
+        let importances = if looks { self.nodes[0].importances(p, n) } else { [0.0; LANES] };
         let far = self.far.iter().map(|(far, _)| far.importance(n));
         let total = importances.iter().copied().chain(far).fold(0.0, |total, one| total + f64::from(one));
         RootView { tree: self, p, n, importances, total }

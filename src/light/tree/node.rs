@@ -131,6 +131,13 @@ impl Node {
 }
 
 impl Child {
+    /// Stands for all of a cluster, as one that is as bright as can be: where its importance is 0, so is that of each part.
+    pub fn whole(cluster: &Cluster) -> Child {
+        let mut node = Node::EMPTY;
+        node.set(0, cluster, Link::Light(0), cluster.intensity);
+        node.child(0)
+    }
+
     /// An estimate of the irradiance at the point `p` from the lights of this child (as Conty Estevez & Kulla 2018, section
     /// 4.3, with simpler bounds): 0 only where none of them sends light to the side of `n`, or, unless `oriented`, to `p` at
     /// all. Without jumps, so that loops over children or points run in vectors.
