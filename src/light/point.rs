@@ -63,6 +63,7 @@ impl LightSource for PointLight {
             hi: at,
             centre: at,
             radius: 0.0,
+            thickness: 0.0,
             axis: Vec3::ZERO,
             two_sided: false,
             intensity,

@@ -116,6 +116,7 @@ impl LightSource for SpotLight {
             hi: at,
             centre: at,
             radius: 0.0,
+            thickness: 0.0,
             axis: if narrow { self.direction } else { Vec3::ZERO },
             two_sided: false,
             intensity: wide_luminance(self.intensity),

@@ -98,6 +98,7 @@ impl AreaLight {
             hi: corners[0].max(corners[1]).max(corners[2]),
             centre,
             radius: corners.iter().map(|corner| corner.distance(centre)).fold(0.0, f32::max),
+            thickness: corners.iter().map(|&corner| (corner - centre).dot(self.normal).abs()).fold(0.0, f32::max),
             axis: self.normal,
             two_sided: self.two_sided,
             intensity: self.intensity(area, mean),

@@ -31,9 +31,9 @@ fn lights(patterned: bool) -> Lights {
 fn lights_of_a_packet_are_those_of_single_draws() {
     for by in BOTH {
         let (lit, dark, deltas) = compared(&lights(false), by);
-        // 900 lanes were skipped; the tree draws hardly any light that does not reach
-        let least = if by == LightSampler::Power { 950 } else { 900 };
-        assert!(lit > 1000 && dark > least && deltas > 300, "{by:?}: {lit} lit, {dark} dark, {deltas} by delta lights");
+        // 900 lanes were skipped; the tree may draw no light at all that does not reach
+        let least = if by == LightSampler::Power { 951 } else { 900 };
+        assert!(lit > 1000 && dark >= least && deltas > 300, "{by:?}: {lit} lit, {dark} dark, {deltas} by delta lights");
         let (lit, _, deltas) = compared(&lights(true), by);
         assert!(lit > deltas + 1000, "{by:?}: {lit} lit, {deltas} by delta lights");
     }

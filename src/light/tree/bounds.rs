@@ -15,6 +15,8 @@ pub(crate) struct LightBounds {
     /// Of a sphere about it.
     pub centre: Vec3,
     pub radius: f32,
+    /// How far its points lie at most from the plane through the centre that is across the axis.
+    pub thickness: f32,
     /// Unit, where it shines brightest: its intensity falls with the cosine from there. Zero for a light that shines the
     /// same in all directions.
     pub axis: Vec3,
@@ -29,14 +31,16 @@ impl LightBounds {
         self.lo.abs().max(self.hi.abs()).max_element()
     }
 
-    /// The same in another unit of length, which is `scale` of the present one. The radius is widened by as much as rounding
-    /// may move points of the light.
+    /// The same in another unit of length, which is `scale` of the present one. Radius and thickness are widened by as much as
+    /// rounding may move points of the light.
     pub fn scaled(&self, scale: f32) -> LightBounds {
+        let slack = OF_COORDINATES * self.largest_coordinate();
         LightBounds {
             lo: self.lo * scale,
             hi: self.hi * scale,
             centre: self.centre * scale,
-            radius: (self.radius + OF_COORDINATES * self.largest_coordinate()) * scale,
+            radius: (self.radius + slack) * scale,
+            thickness: (self.thickness + slack) * scale,
             intensity: self.intensity * f64::from(scale).powi(2),
             ..*self
         }
@@ -111,6 +115,9 @@ impl Summary {
 pub(super) struct Cluster {
     pub centre: Vec3,
     pub radius: f32,
+    /// How far behind the centre, along their own axes, lights of the set begin to shine. Flat lamps, however large, shine from
+    /// the plane on which they lie.
+    pub thickness: f32,
     pub axis: Vec3,
     /// Of the angle between the axis and the edge of the cone; −1 where lights shine in all directions.
     pub cos_spread: f32,
@@ -126,6 +133,7 @@ impl Cluster {
         Cluster {
             centre: light.centre,
             radius: light.radius,
+            thickness: light.thickness,
             axis: light.axis,
             cos_spread: if light.axis == Vec3::ZERO { -1.0 } else { 1.0 },
             two_sided: light.two_sided,
@@ -146,9 +154,15 @@ impl Cluster {
         let (lo, hi) = (sums.lo.as_dvec3(), sums.hi.as_dvec3());
         let centre = (0.5 * (lo + hi)).as_vec3();
         let radius = (hi - centre.as_dvec3()).max(centre.as_dvec3() - lo).length();
+        let behind = |light: &LightBounds| {
+            let along = light.axis.as_dvec3().dot(light.centre.as_dvec3() - centre.as_dvec3());
+            f64::from(light.thickness) + if two_sided { along.abs() } else { -along }
+        };
+        let thickness = all().map(behind).fold(0.0, f64::max);
         Cluster {
             centre,
             radius: (radius * (1.0 + ROUNDING)) as f32,
+            thickness: (thickness.min(radius) * (1.0 + ROUNDING)) as f32,
             axis: axis.unwrap_or_default().as_vec3(),
             cos_spread: cos.max(-1.0) as f32,
             two_sided,

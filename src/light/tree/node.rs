@@ -10,6 +10,7 @@ use glam::Vec3;
 pub(super) struct Node {
     centre: Vec3Lanes,
     radius: Lanes,
+    thickness: Lanes,
     axis: Vec3Lanes,
     cos_spread: Lanes,
     sin_spread: Lanes,
@@ -26,6 +27,7 @@ pub(super) struct Node {
 pub(super) struct Child {
     centre: Vec3,
     radius: f32,
+    thickness: f32,
     axis: Vec3,
     cos_spread: f32,
     sin_spread: f32,
@@ -54,6 +56,7 @@ impl Node {
     pub const EMPTY: Node = Node {
         centre: Vec3Lanes::ZERO,
         radius: [0.0; LANES],
+        thickness: [0.0; LANES],
         axis: Vec3Lanes::ZERO,
         cos_spread: [0.0; LANES],
         sin_spread: [0.0; LANES],
@@ -68,6 +71,7 @@ impl Node {
         let cos = child.cos_spread;
         self.centre.set(k, child.centre);
         self.radius[k] = child.radius;
+        self.thickness[k] = child.thickness;
         self.axis.set(k, child.axis);
         (self.cos_spread[k], self.sin_spread[k]) = (cos, (1.0 - cos * cos).max(0.0).sqrt());
         self.inverse_square[k] = 1.0 / (child.radius * child.radius).max(LEAST_SQUARE);
@@ -110,6 +114,7 @@ impl Node {
         Child {
             centre: self.centre.get(k),
             radius: self.radius[k],
+            thickness: self.thickness[k],
             axis: self.axis.get(k),
             cos_spread: self.cos_spread[k],
             sin_spread: self.sin_spread[k],
@@ -158,7 +163,9 @@ impl Child {
         let off = pick(cos < self.cos_spread, cos * self.cos_spread + sine(cos) * self.sin_spread, 1.0);
         let (emitted, received) = (widened(off, size, rest), widened(wi.dot(n), size, rest));
         let received = pick(oriented, received, 1.0);
-        let lit = (emitted > 0.0) & (received > 0.0);
+        // each light shines from a plane, which is no more than the thickness behind the centre
+        let shines = off + (self.thickness * inverse + ANGLE_ERROR) > 0.0;
+        let lit = shines & (emitted > 0.0) & (received > 0.0);
         let square = inverse * inverse;
         let square = pick(square < self.inverse_square, square, self.inverse_square);
         pick(lit, self.intensity * (emitted * received) * square, 0.0)

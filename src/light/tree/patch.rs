@@ -24,9 +24,12 @@ impl Patch {
         let (a, b) = (&self.bounds, next);
         let centre = a.centre + (b.centre - a.centre) * (1.0 - share) as f32;
         let radius = (a.centre.distance(centre) + a.radius).max(b.centre.distance(centre) + b.radius);
+        let off = |light: &LightBounds| light.thickness + (light.centre - centre).dot(a.axis).abs();
+        // the axis of the second is that of the first but for rounding
+        let thickness = off(a).max(off(b) + a.axis.distance(b.axis) * 2.0 * radius);
         let (lo, hi, intensity) = (a.lo.min(b.lo), a.hi.max(b.hi), a.intensity + b.intensity);
         let share = (share as f32).clamp(f32::EPSILON, 1.0 - f32::EPSILON);
-        Patch { share, bounds: LightBounds { lo, hi, centre, radius, intensity, ..*a }, ..*self }
+        Patch { share, bounds: LightBounds { lo, hi, centre, radius, thickness, intensity, ..*a }, ..*self }
     }
 }
 
