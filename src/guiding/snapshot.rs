@@ -8,7 +8,7 @@ use super::region_index::RegionIndex;
 use super::spatial::{Partition, RegionId, RegionLookup, SpatialPartition};
 use super::store::RegionStore;
 use crate::math::luminance;
-use crate::simd::{LANES, Vec3Lanes};
+use crate::simd::{LANES, Mask, Vec3Lanes};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::TAU;
@@ -124,8 +124,14 @@ impl<S: SpatialPartition, D: DirectionalModel> Snapshot<S, D> {
     /// [`Self::locate`] for all points of a packet, where that is done side by side; `None` where points are to be asked
     /// for one by one.
     #[inline(always)]
-    pub fn locate_lanes(&self, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 3]) -> Option<[RegionId; LANES]> {
-        self.partition.locate_lanes(p, n, jitter)
+    pub fn locate_lanes(
+        &self,
+        asked: Mask,
+        p: &Vec3Lanes,
+        n: &Vec3Lanes,
+        jitter: [f32; 3],
+    ) -> Option<[RegionId; LANES]> {
+        self.partition.locate_lanes(asked, p, n, jitter)
     }
 
     /// What is known of a region, where that is enough.

@@ -13,7 +13,7 @@ pub(crate) type Lanes = [f32; LANES];
 
 /// A mask of lanes, one bit per lane. (A byte per lane, written one by one and read at once, would stall on store forwarding.)
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Mask(u16);
+pub struct Mask(u16);
 
 /// The mask of the lanes for which `is(lane)` holds.
 #[inline(always)]

@@ -12,6 +12,6 @@ mod instructions;
 mod lanes;
 mod packing;
 
-pub use lanes::Vec3Lanes;
-pub(crate) use lanes::{LANES, Lanes, Mask, each, mask, normalize_or, pick, truncate};
+pub(crate) use lanes::{LANES, Lanes, each, mask, normalize_or, pick, truncate};
+pub use lanes::{Mask, Vec3Lanes};
 pub(crate) use packing::Packing;

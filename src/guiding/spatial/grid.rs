@@ -6,7 +6,7 @@
 use super::grid_keys::{NORMAL_BITS, POSITION_BITS, jittered, origin_and_scale, pack};
 use super::normal_bins::normal_bin;
 use super::{RegionId, RegionLookup, SpatialPartition};
-use crate::simd::{LANES, Vec3Lanes};
+use crate::simd::{LANES, Mask, Vec3Lanes};
 use glam::Vec3;
 
 /// Cells of one size, hashed: none is stored before it is met.
@@ -56,7 +56,7 @@ impl SpatialPartition for Grid {
     }
 
     #[inline(always)]
-    fn locate_lanes(&self, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 3]) -> Option<[RegionId; LANES]> {
+    fn locate_lanes(&self, _: Mask, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 3]) -> Option<[RegionId; LANES]> {
         Some(self.keys(p, n, jitter))
     }
 

@@ -17,7 +17,7 @@ pub(super) use kd_tree::LeafBox;
 pub(crate) use partition::Partition;
 pub(crate) use two_level::TwoLevelGrid;
 
-use crate::simd::{LANES, Vec3Lanes};
+use crate::simd::{LANES, Mask, Vec3Lanes};
 use glam::Vec3;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -58,9 +58,15 @@ pub trait SpatialPartition: Clone + Send + Sync {
     /// there are no regions.
     fn locate(&self, p: Vec3, n: Vec3, jitter: [f32; 3]) -> Option<RegionLookup>;
 
-    /// [`Self::locate`] for a packet, where both regions are the same and are found side by side; `None` where points
-    /// are to be asked for one by one.
-    fn locate_lanes(&self, _p: &Vec3Lanes, _n: &Vec3Lanes, _jitter: [f32; 3]) -> Option<[RegionId; LANES]> {
+    /// [`Self::locate`] for the points of a packet that are asked for, where both regions are the same and are found side by side,
+    /// with any regions for the others; `None` where points are to be asked for one by one.
+    fn locate_lanes(
+        &self,
+        _asked: Mask,
+        _p: &Vec3Lanes,
+        _n: &Vec3Lanes,
+        _jitter: [f32; 3],
+    ) -> Option<[RegionId; LANES]> {
         None
     }
 

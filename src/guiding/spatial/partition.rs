@@ -3,7 +3,7 @@
 use super::voronoi::SurfaceVoronoi;
 use super::{Grid, KdTree, RegionId, RegionLookup, SpatialPartition, TwoLevelGrid};
 use crate::guiding::settings::{GuidingMethod, GuidingSettings};
-use crate::simd::{LANES, Vec3Lanes};
+use crate::simd::{LANES, Mask, Vec3Lanes};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -43,8 +43,8 @@ macro_rules! partitions {
             }
 
             #[inline(always)]
-            fn locate_lanes(&self, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 3]) -> Option<[RegionId; LANES]> {
-                each!(self, it => it.locate_lanes(p, n, jitter))
+            fn locate_lanes(&self, asked: Mask, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 3]) -> Option<[RegionId; LANES]> {
+                each!(self, it => it.locate_lanes(asked, p, n, jitter))
             }
 
             fn is_oriented(&self) -> bool {

@@ -36,7 +36,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         packet.find_guided_lobes(self.product());
         let mut normals = Vec3Lanes::ZERO;
         packet.surfaces.facing_normals(&mut normals);
-        let keys = guide.field.locate_lanes(packet.surfaces.places(), &normals, self.jitter);
+        let keys = guide.field.locate_lanes(packet.smooth(), packet.surfaces.places(), &normals, self.jitter);
         let mut known = Mask::NONE;
         for k in each(packet.smooth()) {
             self.counters.guide_queries += 1;

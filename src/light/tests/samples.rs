@@ -33,7 +33,10 @@ fn lights_of_a_packet_are_those_of_single_draws() {
         let (lit, dark, deltas) = compared(&lights(false), by);
         // 900 lanes were skipped; the tree may draw no light at all that does not reach
         let least = if by == LightSampler::Power { 951 } else { 900 };
-        assert!(lit > 1000 && dark >= least && deltas > 300, "{by:?}: {lit} lit, {dark} dark, {deltas} by delta lights");
+        assert!(
+            lit > 1000 && dark >= least && deltas > 300,
+            "{by:?}: {lit} lit, {dark} dark, {deltas} by delta lights"
+        );
         let (lit, _, deltas) = compared(&lights(true), by);
         assert!(lit > deltas + 1000, "{by:?}: {lit} lit, {deltas} by delta lights");
     }

@@ -11,6 +11,7 @@ use super::agreement::{Bin, Bins, agree, bin};
 use super::site_tree::SiteTree;
 use crate::math::Frame;
 use crate::math::rng::mix;
+use crate::simd::{LANES, Vec3Lanes, pick};
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;
 
@@ -73,6 +74,8 @@ const LONG: u64 = 7;
 /// The list may hold sites whose normals do not agree.
 const MIXED: u64 = 8;
 const FLAGS: u32 = 4;
+/// Stands for the key of no cell.
+const NOWHERE: u64 = u64::MAX;
 const EMPTY: CellSlot = CellSlot { head: u64::MAX, candidates: [0; SHORT] };
 
 const BIN_BITS: u32 = 6;
@@ -85,30 +88,57 @@ impl CandidateCells {
     /// Where `jitter` moves `p` along the plane about `n`, and the scale of its cells.
     #[inline(always)]
     pub fn moved(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> (Vec3, f32) {
-        let Region { spacing, scale } = self.regions[self.region(p)];
-        let frame = Frame::from_normal(n);
-        (p + (frame.s * (jitter[0] - 0.5) + frame.t * (jitter[1] - 0.5)) * spacing, scale)
+        let Region { spacing, scale } = self.regions[self.region(p) as usize];
+        (jittered(p, n, jitter, spacing), scale)
+    }
+
+    /// The same for a packet: moves its points, and gives the keys of their cells.
+    #[inline(always)]
+    pub fn keys(&self, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 2], moved: &mut Vec3Lanes) -> [u64; LANES] {
+        let (mut regions, mut spacing, mut scale) = ([0; LANES], [0.0; LANES], [0.0; LANES]);
+        for k in 0..LANES {
+            regions[k] = self.region(p.get(k));
+        }
+        for k in 0..LANES {
+            let region = &self.regions[regions[k] as usize];
+            (spacing[k], scale[k]) = (region.spacing, region.scale);
+        }
+        let mut keys = [0; LANES];
+        for k in 0..LANES {
+            let n = n.get(k);
+            moved.set(k, jittered(p.get(k), n, jitter, spacing[k]));
+            keys[k] = self.key(moved.get(k), scale[k], bin(n));
+        }
+        keys
     }
 
     /// The site of `p` and `n`, where the cell of that scale is prepared.
     #[inline(always)]
     pub fn find(&self, tree: &SiteTree, (p, scale): (Vec3, f32), n: Vec3) -> Option<u32> {
-        let key = self.key(p, scale, bin(n))?;
-        let mut at = self.home(key);
-        loop {
-            let slot = &self.slots[at];
-            if slot.head >> FLAGS == key {
-                return Some(self.nearest(tree, slot, p, n));
-            }
-            if slot.head == EMPTY.head {
+        let key = self.key(p, scale, bin(n));
+        let home = self.home(key);
+        self.find_from(tree, (key, (home, self.slots[home as usize].head)), p, n)
+    }
+
+    /// The same where the key is known, and where its probe begins, with the head of the slot there.
+    #[inline(always)]
+    pub fn find_from(&self, tree: &SiteTree, (key, first): (u64, (u32, u64)), p: Vec3, n: Vec3) -> Option<u32> {
+        let (mut at, mut head) = (first.0 as usize, first.1);
+        while head >> FLAGS != key {
+            if head == EMPTY.head {
                 return None;
             }
             at = if at + 1 == self.slots.len() { 0 } else { at + 1 };
+            head = self.slots[at].head;
         }
+        Some(self.nearest(tree, &self.slots[at], p, n))
     }
 
     #[inline(always)]
     fn nearest(&self, tree: &SiteTree, slot: &CellSlot, p: Vec3, n: Vec3) -> u32 {
+        if slot.head & (COUNT | MIXED) < LONG {
+            return nearest_of(tree, &slot.candidates, p);
+        }
         let candidates = match slot.head & COUNT {
             LONG => &self.long[slot.candidates[0] as usize..][..slot.candidates[1] as usize],
             count => &slot.candidates[..count as usize],
@@ -126,32 +156,43 @@ impl CandidateCells {
         best.0
     }
 
-    /// The cell of a point and a bin; `None` far outside.
+    /// The cell of a point and a bin; [`NOWHERE`] far outside.
     #[inline(always)]
-    fn key(&self, p: Vec3, scale: f32, bin: usize) -> Option<u64> {
+    fn key(&self, p: Vec3, scale: f32, bin: usize) -> u64 {
         let at = (p - self.origin) * scale;
         let (x, y, z) = (whole(at.x), whole(at.y), whole(at.z));
-        if (x | y | z) >> CELL_BITS != 0 {
-            return None;
-        }
         let cell = x as u64 | (y as u64) << CELL_BITS | (z as u64) << (2 * CELL_BITS);
         let scale = (scale.to_bits() >> SCALE_BITS) as u64;
-        Some((scale << (3 * CELL_BITS) | cell) << BIN_BITS | bin as u64)
+        let key = (scale << (3 * CELL_BITS) | cell) << BIN_BITS | bin as u64;
+        pick((x | y | z) >> CELL_BITS == 0, key, NOWHERE)
     }
 
     /// The region of `p`; outside of all, some region at the border.
     #[inline(always)]
-    fn region(&self, p: Vec3) -> usize {
+    fn region(&self, p: Vec3) -> u32 {
         let at = (p - self.origin) * self.regions_per_unit;
-        let part = |at: f32, dim: u32| (whole(at) as i32).clamp(0, dim as i32 - 1) as u32;
+        let part = |at: f32, dim: u32| (whole(at) as i32).max(0).min(dim as i32 - 1) as u32;
         let (x, y, z) = (part(at.x, self.dims.x), part(at.y, self.dims.y), part(at.z, self.dims.z));
-        ((z * self.dims.y + y) * self.dims.x + x) as usize
+        (z * self.dims.y + y) * self.dims.x + x
     }
 
     /// Where a key's probe begins.
-    #[inline]
-    fn home(&self, key: u64) -> usize {
-        ((mix(key) as u128 * self.slots.len() as u128) >> 64) as usize
+    #[inline(always)]
+    fn home(&self, key: u64) -> u32 {
+        (((mix(key) >> 32) * self.slots.len() as u64) >> 32) as u32
+    }
+
+    /// The places for a packet, each with the head of the slot there: all are on their way from memory at once.
+    #[inline(always)]
+    pub fn first_slots(&self, keys: &[u64; LANES]) -> [(u32, u64); LANES] {
+        let (mut homes, mut slots) = ([0; LANES], [(0, 0); LANES]);
+        for k in 0..LANES {
+            homes[k] = self.home(keys[k]);
+        }
+        for k in 0..LANES {
+            slots[k] = (homes[k], self.slots[homes[k] as usize].head);
+        }
+        slots
     }
 
     pub fn bytes(&self) -> usize {
@@ -166,4 +207,23 @@ impl CandidateCells {
 fn whole(v: f32) -> u32 {
     const NO_FRACTION: f32 = (3 << 22) as f32;
     (v - 0.5 + NO_FRACTION).to_bits().wrapping_sub(NO_FRACTION.to_bits())
+}
+
+/// `p`, moved along the plane about `n` by up to half a spacing.
+#[inline(always)]
+fn jittered(p: Vec3, n: Vec3, jitter: [f32; 2], spacing: f32) -> Vec3 {
+    let frame = Frame::from_normal(n);
+    p + (frame.s * (jitter[0] - 0.5) + frame.t * (jitter[1] - 0.5)) * spacing
+}
+
+/// The nearest of a short list, without jumps: of equally near ones the first, and of those whose distance is no number too.
+#[inline(always)]
+fn nearest_of(tree: &SiteTree, candidates: &[u32; SHORT], p: Vec3) -> u32 {
+    let mut best = (candidates[0], f32::INFINITY);
+    for &site in candidates {
+        let d2 = tree.distance2(site, p);
+        let nearer = d2 < best.1;
+        best = (pick(nearer, site, best.0), pick(nearer, d2, best.1));
+    }
+    best.0
 }

@@ -21,6 +21,7 @@ pub(crate) use partition::SurfaceVoronoi;
 pub use sites::{Facet, sites_by_area, sites_from_visits};
 
 use crate::math::Frame;
+use crate::simd::{LANES, Mask, Vec3Lanes, each};
 use candidate_cells::CandidateCells;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -70,6 +71,20 @@ impl Voronoi {
     pub fn state(&self, p: Vec3, n: Vec3, jitter: [f32; 2]) -> u32 {
         let (p, scale) = self.cells.moved(p, n, jitter);
         self.cells.find(&self.tree, (p, scale), n).unwrap_or_else(|| self.tree.nearest(p, n))
+    }
+
+    /// [`Self::state`] for the points of a packet that are asked for; any for the others.
+    #[inline(never)]
+    pub(crate) fn states(&self, asked: Mask, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 2]) -> [u32; LANES] {
+        let (mut states, mut moved) = ([0; LANES], Vec3Lanes::ZERO);
+        let keys = self.cells.keys(p, n, jitter, &mut moved);
+        let slots = self.cells.first_slots(&keys);
+        for k in each(asked) {
+            let (p, n) = (moved.get(k), n.get(k));
+            let found = self.cells.find_from(&self.tree, (keys[k], slots[k]), p, n);
+            states[k] = found.unwrap_or_else(|| self.tree.nearest(p, n));
+        }
+        states
     }
 
     /// [`Self::state`] by the tree alone: slower, the same answer.

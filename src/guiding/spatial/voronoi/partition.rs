@@ -4,6 +4,7 @@ use super::placement::{SitePlacement, by_area, sites_within};
 use super::{Site, Voronoi};
 use crate::guiding::settings::{GuidingSettings, Placement};
 use crate::guiding::spatial::{RegionId, RegionLookup, SpatialPartition};
+use crate::simd::{LANES, Mask, Vec3Lanes};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -45,6 +46,12 @@ impl SpatialPartition for SurfaceVoronoi {
     fn locate(&self, p: Vec3, n: Vec3, jitter: [f32; 3]) -> Option<RegionLookup> {
         let region = self.cells.as_ref()?.state(p, n, [jitter[0], jitter[1]]);
         Some(RegionLookup::one(RegionId(region as u64)))
+    }
+
+    #[inline(always)]
+    fn locate_lanes(&self, asked: Mask, p: &Vec3Lanes, n: &Vec3Lanes, jitter: [f32; 3]) -> Option<[RegionId; LANES]> {
+        let states = self.cells.as_ref()?.states(asked, p, n, [jitter[0], jitter[1]]);
+        Some(states.map(|state| RegionId(state.into())))
     }
 
     fn is_oriented(&self) -> bool {

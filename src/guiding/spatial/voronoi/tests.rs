@@ -3,6 +3,7 @@
 use super::*;
 use crate::math::rng::Rng;
 use crate::math::warp::square_to_uniform_sphere;
+use crate::simd::mask;
 use crate::stats::chi2_discrete;
 use proptest::prelude::*;
 
@@ -76,6 +77,25 @@ fn on_surfaces_and_off_them_the_answer_is_that_of_brute_force() {
     }
     for scale in [1.0, 1.5, 100.0, 1e6, 1e25] {
         (0..200).for_each(|_| agrees(point(&mut rng, -scale, scale), unit(&mut rng)));
+    }
+}
+
+#[test]
+fn a_packet_has_the_states_of_its_points() {
+    let mut rng = Rng::new(8);
+    let voronoi = voronoi(&room(), 3000);
+    let mut queries = points(&room(), 20_000, 4);
+    for scale in [1.0, 1.5, 100.0, 1e6, 1e25, f32::NAN] {
+        queries.extend((0..200).map(|_| (point(&mut rng, -scale, scale), unit(&mut rng))));
+    }
+    queries.push((Vec3::splat(0.1), Vec3::NAN));
+    for queries in queries.chunks(LANES - 1) {
+        let (mut p, mut n, jitter) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO, rng.f32x2());
+        queries.iter().enumerate().for_each(|(k, query)| (p.set(k, query.0), n.set(k, query.1)).0);
+        let states = voronoi.states(mask(|k| k < queries.len()), &p, &n, jitter);
+        for (k, (p, n)) in queries.iter().enumerate() {
+            assert_eq!(states[k], voronoi.state(*p, *n, jitter), "{p} {n}");
+        }
     }
 }
 

@@ -39,7 +39,7 @@ impl CandidateCells {
     pub fn new(tree: &SiteTree, samples: &[(Vec3, Vec3)]) -> CandidateCells {
         let spacings: Vec<f32> = (0..tree.points().len() as u32).into_par_iter().map(|s| spacing(tree, s)).collect();
         let mut cells = CandidateCells::without_lists(tree, &spacings);
-        let keys = cells.keys(tree, samples);
+        let keys = cells.keys_to_prepare(tree, samples);
         let agreeable: Vec<bool> = Bin::all().iter().map(|b| tree.normals().iter().any(|n| b.maybe(*n))).collect();
         let lists: Vec<(u64, CandidateList)> =
             keys.par_iter().filter_map(|key| Some((*key, cells.cell(*key).list(tree, &agreeable)?))).collect();
@@ -67,7 +67,7 @@ impl CandidateCells {
         };
         let mut sums = vec![(0.0, 0.0); dims.element_product() as usize];
         for (p, spacing) in points.iter().zip(spacings).filter(|(_, spacing)| **spacing > 0.0) {
-            let sum = &mut sums[cells.region(*p)];
+            let sum = &mut sums[cells.region(*p) as usize];
             *sum = (sum.0 + 1.0 / spacing, sum.1 + 1.0);
         }
         // coordinates have too few bits for smaller cells than these
@@ -87,10 +87,10 @@ impl CandidateCells {
     }
 
     /// The cells to prepare, ascending: those about each site, and those of the samples, each jittered once.
-    fn keys(&self, tree: &SiteTree, samples: &[(Vec3, Vec3)]) -> Vec<u64> {
+    fn keys_to_prepare(&self, tree: &SiteTree, samples: &[(Vec3, Vec3)]) -> Vec<u64> {
         let key = |p: Vec3, n: Vec3, jitter: [f32; 2]| {
             let (p, scale) = self.moved(p, n, jitter);
-            self.key(p, scale, bin(n))
+            Some(self.key(p, scale, bin(n))).filter(|key| *key != NOWHERE)
         };
         let about = |(p, n): (&Vec3, &Vec3)| {
             let (p, n) = (*p, *n);
@@ -130,7 +130,8 @@ impl CandidateCells {
             let count = list.sites.len();
             if count <= SHORT {
                 slot.head |= count as u64;
-                slot.candidates[..count].copy_from_slice(&list.sites);
+                // the last fills what is left, so that all places can be looked at
+                slot.candidates = std::array::from_fn(|i| list.sites[i.min(count - 1)]);
             } else if self.long.len() + count <= room {
                 slot.head |= LONG;
                 slot.candidates[..2].copy_from_slice(&[self.long.len() as u32, count as u32]);
@@ -138,7 +139,7 @@ impl CandidateCells {
             } else {
                 continue;
             }
-            let mut at = self.home(*key);
+            let mut at = self.home(*key) as usize;
             while self.slots[at].head != EMPTY.head {
                 at = (at + 1) % self.slots.len();
             }
