@@ -87,6 +87,17 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
         }
     }
 
+    /// Whether it matters to the partition where paths will go.
+    pub(crate) fn adapts_to_vertices(&self) -> bool {
+        self.partition.adapts_to_vertices()
+    }
+
+    /// Says where paths will go, by some of their vertices (world space) with normals, before anything is learnt.
+    pub(crate) fn expect_vertices(&mut self, vertices: &[(Vec3, Vec3)]) {
+        self.partition.expect_vertices(vertices);
+        self.freeze();
+    }
+
     /// Camera paths of all iterations that ended.
     pub fn learnt_paths(&self) -> u64 {
         self.learnt_paths as u64

@@ -19,7 +19,7 @@ use std::path::Path;
 
 const MAGIC: [u8; 8] = *b"PTXGUIDE";
 /// Changes whenever older files would be read wrongly.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 /// Bytes before the body, and after it.
 const HEAD: usize = 20;
 const TAIL: usize = 4;

@@ -1,6 +1,7 @@
 //! Rendering: a scene and settings in, a picture, its guide and an account of each iteration out.
 
 mod driver;
+mod foresight;
 pub mod guide_file;
 mod limits;
 mod noise;

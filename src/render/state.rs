@@ -1,5 +1,6 @@
 //! The state of a render between two iterations.
 
+use super::foresight;
 use super::noise::Noise;
 use super::policy::{Budget, GuidePolicy, History, Iteration, Mode, Plan, Policy};
 use super::schedule::LONGEST_ITERATION;
@@ -8,7 +9,7 @@ use crate::film::accumulate::Film;
 use crate::film::tile::Tile;
 use crate::film::{Combine, RadianceLayer};
 use crate::guiding::Guide;
-use crate::guiding::settings::Updates;
+use crate::guiding::settings::{GuidingSettings, Updates};
 use crate::integrator::{Counters, Roulette, RouletteNormalisation, SamplerKind};
 use crate::scene::Scene;
 
@@ -70,6 +71,15 @@ impl Record {
     }
 }
 
+/// A guide that has learnt nothing, with cells that suit what the camera looks at.
+fn new_guide(scene: &Scene, settings: &GuidingSettings) -> Option<Guide> {
+    let mut guide = Guide::new(settings, scene.bounds(), scene.facets())?;
+    if guide.adapts_to_vertices() {
+        guide.expect_vertices(&foresight::vertices(scene));
+    }
+    Some(guide)
+}
+
 impl RenderState {
     /// Before the first iteration.
     pub fn new(scene: &Scene, settings: &Settings, GuideIo { from, keep }: GuideIo) -> RenderState {
@@ -78,7 +88,7 @@ impl RenderState {
         let wanted = from.is_some() || keep;
         let (guide, learnt_paths, salt) = from.map_or((None, 0, 0), |from| (Some(from.guide), from.paths, from.salt));
         let learnt_samples = guide.as_ref().map_or(0, |guide| (guide.learnt_paths() / pixels) as u32);
-        let guide = guide.or_else(|| Guide::new(&settings.guiding, scene.bounds(), scene.facets()));
+        let guide = guide.or_else(|| new_guide(scene, &settings.guiding));
         // With a guide from before, iterations go on where those ended: after one of its length, the old is half forgotten.
         let first = (learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST_ITERATION as u64) as u32;
         let policy = Policy::asked_for(settings.guiding.method, wanted, first, settings.render.time.is_some(), pixels);

@@ -76,8 +76,9 @@ fn uses(s: &GuidingSettings, methods: &[GuidingMethod]) -> bool {
 fn space(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
     use GuidingMethod::{Adaptive, Grid, Voronoi};
     let (grid, adaptive, voronoi) = (uses(s, &[Grid]), uses(s, &[Adaptive]), uses(s, &[Voronoi]));
-    let resolution =
-        key("resolution", "along the longest side of the scene; of `\"adaptive\"` the coarsest, and 128 at most");
+    let resolution = "along the longest side of the scene; of `\"adaptive\"` the coarsest, 128 at most, and smaller from the start \
+                      where most paths stay within a small part";
+    let resolution = key("resolution", resolution);
     t.integer(resolution.unit("cells").only(grid || adaptive, CELLS), 1..=8192, &mut s.resolution)?;
     let normals = "surfaces that face elsewhere have their own states; `\"adaptive\"` always does so";
     t.flag(key("normals", normals).only(grid, "`method = \"grid\"`"), &mut s.normals)?;

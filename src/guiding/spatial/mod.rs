@@ -94,6 +94,14 @@ pub trait SpatialPartition: Clone + Send + Sync {
         self.clone()
     }
 
+    /// Whether [`Self::expect_vertices`] does anything.
+    fn adapts_to_vertices(&self) -> bool {
+        false
+    }
+
+    /// Takes some vertices of the paths that are to be expected, before anything is learnt.
+    fn expect_vertices(&mut self, _vertices: &[(Vec3, Vec3)]) {}
+
     /// Takes path vertices with their normals, while there are no regions.
     fn observe(&mut self, _points: &[(Vec3, Vec3)]) {}
 

@@ -73,6 +73,14 @@ macro_rules! partitions {
                 }
             }
 
+            fn adapts_to_vertices(&self) -> bool {
+                each!(self, it => it.adapts_to_vertices())
+            }
+
+            fn expect_vertices(&mut self, vertices: &[(Vec3, Vec3)]) {
+                each!(self, it => it.expect_vertices(vertices))
+            }
+
             fn observe(&mut self, points: &[(Vec3, Vec3)]) {
                 each!(self, it => it.observe(points))
             }

@@ -5,6 +5,8 @@ use super::normal_bins::normal_bin;
 use super::{RegionId, RegionLookup, SpatialPartition};
 use crate::simd::{LANES, Mask, Vec3Lanes, truncate};
 use glam::{UVec3, Vec3};
+use rustc_hash::FxHashSet;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A coarse grid, each cell of which is cut into 1, 2³, 4³ … equal parts. How often is one number per coarse cell, in a
@@ -18,7 +20,22 @@ pub struct TwoLevelGrid {
     levels: Vec<u8>,
     /// Halvings at most.
     max_level: u8,
+    /// The longest side of the scene.
+    longest: f32,
 }
+
+/// Halvings of coarse cells, and how many there may be.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct StoredLevels {
+    levels: Vec<u8>,
+    max_level: u8,
+}
+
+/// Vertices that a region is to have at least, where cells are halved before anything is learnt.
+const VERTICES_PER_REGION: usize = 8;
+
+/// Share of the vertices, on either side along an axis, that may lie anywhere.
+const ASTRAY: f32 = 0.1;
 
 /// One coordinate of a cell.
 const COORDINATE: u64 = (1 << POSITION_BITS) - 1;
@@ -45,7 +62,14 @@ impl TwoLevelGrid {
     pub fn new(low: Vec3, high: Vec3, resolution: u32, max_level: u8) -> TwoLevelGrid {
         let (origin, cells_per_unit, size) = TwoLevelGrid::size(low, high, resolution);
         let cells = size.x as usize * size.y as usize * size.z as usize;
-        TwoLevelGrid { origin, cells_per_unit, size, levels: vec![0; cells], max_level }
+        TwoLevelGrid {
+            origin,
+            cells_per_unit,
+            size,
+            levels: vec![0; cells],
+            max_level,
+            longest: (high - low).max_element(),
+        }
     }
 
     #[inline(always)]
@@ -92,6 +116,21 @@ impl TwoLevelGrid {
         ((c.z * self.size.y + c.y) * self.size.x + c.x) as usize
     }
 
+    /// The most halvings of which a key can tell.
+    fn deepest(&self) -> u8 {
+        (1u64 << POSITION_BITS).div_ceil(u64::from(self.size.max_element())).ilog2() as u8
+    }
+
+    /// The halvings of a coarse cell, `most` at most, that leave each of its regions enough of these vertices.
+    fn halvings(&self, vertices: &[(Vec3, Vec3)], most: u8) -> u8 {
+        let cells = |p: Vec3| (p - self.origin) * self.cells_per_unit;
+        let enough = |level: &u8| {
+            let regions: FxHashSet<RegionId> = vertices.iter().map(|(p, n)| part(cells(*p), *n, *level)).collect();
+            vertices.len() >= VERTICES_PER_REGION * regions.len()
+        };
+        (1..=most).take_while(enough).last().unwrap_or(0)
+    }
+
     /// The coarse cell that a region is part of.
     fn coarse_of(&self, key: RegionId) -> usize {
         let level = level(key);
@@ -110,8 +149,7 @@ impl TwoLevelGrid {
 const PART_SHARE: f32 = 0.25;
 
 impl SpatialPartition for TwoLevelGrid {
-    /// How often each coarse cell was halved.
-    type Stored = Vec<u8>;
+    type Stored = StoredLevels;
 
     #[inline(always)]
     fn locate(&self, p: Vec3, n: Vec3, jitter: [f32; 3]) -> Option<RegionLookup> {
@@ -170,15 +208,58 @@ impl SpatialPartition for TwoLevelGrid {
         key.neighbours().collect()
     }
 
-    fn stored(&self) -> Vec<u8> {
-        self.levels.clone()
+    fn adapts_to_vertices(&self) -> bool {
+        true
     }
 
-    fn restore(&mut self, levels: Vec<u8>, _memory: usize) -> Result<(), String> {
-        let fits = levels.len() == self.levels.len() && levels.iter().all(|&level| level <= self.max_level);
-        self.levels = if fits { levels } else { return Err("its cells are not those of this grid".into()) };
+    /// Where most paths stay within a small part of the scene, such as a room in a landscape, cells there begin as fine as they
+    /// would if that part were all of the scene. Elsewhere nothing changes.
+    fn expect_vertices(&mut self, vertices: &[(Vec3, Vec3)]) {
+        let side = extent(vertices);
+        let finer = if side > 0.0 { (self.longest / side).log2().floor().max(0.0) as u8 } else { 0 };
+        let finer = finer.min(self.deepest().saturating_sub(self.max_level));
+        let mut by_cell: Vec<(usize, (Vec3, Vec3))> = vertices
+            .iter()
+            .map(|vertex| (self.coarse((vertex.0 - self.origin) * self.cells_per_unit), *vertex))
+            .collect();
+        by_cell.sort_by_key(|(cell, _)| *cell);
+        for cell in by_cell.chunk_by(|a, b| a.0 == b.0) {
+            let vertices: Vec<(Vec3, Vec3)> = cell.iter().map(|(_, vertex)| *vertex).collect();
+            self.levels[cell[0].0] = self.halvings(&vertices, finer);
+        }
+        self.max_level += finer;
+    }
+
+    fn stored(&self) -> StoredLevels {
+        StoredLevels { levels: self.levels.clone(), max_level: self.max_level }
+    }
+
+    fn restore(&mut self, stored: StoredLevels, _memory: usize) -> Result<(), String> {
+        let StoredLevels { levels, max_level } = stored;
+        let fits = levels.len() == self.levels.len() && levels.iter().all(|&level| level <= max_level);
+        if !fits || max_level < self.max_level || max_level > self.deepest() {
+            return Err("its cells are not those of this grid".into());
+        }
+        (self.levels, self.max_level) = (levels, max_level);
         Ok(())
     }
+}
+
+/// The longest side of the box in which most of the vertices lie: along each axis some may lie anywhere on either side, and the rest
+/// is taken for as much less than the whole.
+fn extent(vertices: &[(Vec3, Vec3)]) -> f32 {
+    if vertices.is_empty() {
+        return 0.0;
+    }
+    let along = |axis: usize| {
+        let mut at: Vec<f32> = vertices.iter().map(|(p, _)| p[axis]).collect();
+        let astray = (ASTRAY * at.len() as f32) as usize;
+        let last = at.len() - 1 - astray;
+        let low = *at.select_nth_unstable_by(astray, f32::total_cmp).1;
+        let high = *at.select_nth_unstable_by(last, f32::total_cmp).1;
+        (high - low) / (1.0 - 2.0 * ASTRAY)
+    };
+    (0..3).map(along).fold(0.0, f32::max)
 }
 
 /// A point, in units of coarse cells, jittered by the extent of a part of a cell that was halved `level` times.

@@ -108,6 +108,52 @@ fn scenes_without_extent_have_states() {
     assert!(flat.cells() <= 36 * 36 * 4, "{}", flat.cells());
 }
 
+/// Vertices on the walls of a room with its corner at the origin.
+fn on_walls(rng: &mut Rng, side: f32, count: usize) -> Vec<(Vec3, Vec3)> {
+    let on_wall = |k: usize| {
+        let mut p = point(rng) * side;
+        p[k % 3] = if k % 2 == 0 { 0.0 } else { side };
+        (p, if k % 2 == 0 { Vec3::AXES[k % 3] } else { -Vec3::AXES[k % 3] })
+    };
+    (0..count).map(on_wall).collect()
+}
+
+#[test]
+fn a_room_in_a_landscape_has_cells_of_a_room() {
+    let (mut rng, side, half) = (Rng::new(7), 6.0, 2500.0);
+    let room = on_walls(&mut rng, side, 4000);
+    // what is seen through its windows
+    let outside: Vec<(Vec3, Vec3)> =
+        (0..400).map(|_| ((point(&mut rng) - 0.5) * Vec3::new(2.0 * half, 0.0, 2.0 * half), Vec3::Y)).collect();
+    let keys = |grid: &TwoLevelGrid, vertices: &[(Vec3, Vec3)]| -> HashSet<RegionId> {
+        vertices.iter().map(|(p, n)| grid.key(*p, *n, [0.5; 3])).collect()
+    };
+    let alone = TwoLevelGrid::new(Vec3::ZERO, Vec3::splat(side), 16, 4);
+    let mut grid = TwoLevelGrid::new(Vec3::splat(-half), Vec3::splat(half), 16, 4);
+    let before = keys(&grid, &outside);
+    assert!(keys(&grid, &room).len() <= 6 * 8, "all of the room is in a cell or two");
+    grid.expect_vertices(&[&room[..], &outside[..]].concat());
+    let (has, should) = (keys(&grid, &room).len(), keys(&alone, &room).len());
+    println!("{has} regions in the room, {should} where it is all of the scene");
+    assert!(4 * has > should && has < 4 * should);
+    let far = |(p, _): &&(Vec3, Vec3)| p.abs().max_element() > 0.2 * half;
+    let far: Vec<(Vec3, Vec3)> = outside.iter().filter(far).copied().collect();
+    assert!(far.len() > 300 && keys(&grid, &far).is_subset(&before), "what is seen far outside keeps its large cells");
+    // parts of its regions are to be had as ever, and a copy is made of what is stored
+    let key = grid.key(room[0].0, room[0].1, [0.5; 3]);
+    let mut copy = TwoLevelGrid::new(Vec3::splat(-half), Vec3::splat(half), 16, 4);
+    copy.restore(grid.stored(), usize::MAX).unwrap();
+    assert_eq!(keys(&copy, &room), keys(&grid, &room));
+    (0..4).for_each(|_| assert!(grid.divide(grid.cell_of(key)).is_some()));
+    assert!(grid.divide(grid.cell_of(key)).is_none());
+    // where the room is the scene nothing changes
+    let (mut same, plain) = (alone.clone(), keys(&alone, &room));
+    same.expect_vertices(&room);
+    assert_eq!(keys(&same, &room), plain);
+    same.expect_vertices(&[]);
+    assert_eq!(keys(&same, &room), plain);
+}
+
 #[test]
 fn a_cut_state_s_points_are_in_its_parts() {
     let mut rng = Rng::new(4);
