@@ -59,9 +59,10 @@ impl Fields for PlasticParameters {
         visitor.flag(key("energy_conserving", meaning), &mut self.energy_conserving)?;
         let meaning = "the base is as bright as without a coat, and what a rough coat reflects is added, as in nori and pbrt-v3: such a \
                        surface may reflect more light than it gets";
-        let rough = !self.energy_conserving && self.alpha > 0.0;
-        let additive = key("additive", meaning).only(rough, "`energy_conserving = false` and `alpha` greater than 0");
+        let additive = key("additive", meaning).only(!self.energy_conserving, "`energy_conserving = false`");
         visitor.added_flag(additive, &mut self.additive)?;
+        let rough = !self.additive || self.alpha > 0.0;
+        visitor.check(rough, &["additive", "alpha"], "`additive` needs a rough coat: an `alpha` greater than 0")?;
         let meaning = "takes colour shifts by scattering inside the coat into account";
         let nonlinear =
             key("nonlinear", meaning).only(self.takes_shifts(), "`energy_conserving = false` and `additive = false`");

@@ -138,6 +138,20 @@ pub(crate) fn disk() -> Arc<Model> {
     b.model(false)
 }
 
+/// The same with a hole of the radius `inner`, below 1, and with u about the axis and v from the rim (0) to the hole (1), as pbrt has it.
+pub(crate) fn ring(inner: f64) -> Arc<Model> {
+    let step = TAU / SEGMENTS as f64;
+    let mut b = Builder::default();
+    for (share, _, p) in circle((step / step.sin()).sqrt()) {
+        b.vertex((p * inner).extend(0.0), DVec3::Z, [share, 0.0]);
+        b.vertex(p.extend(0.0), DVec3::Z, [share, 1.0]);
+    }
+    for k in 0..SEGMENTS as u32 {
+        b.quad([2 * k, 2 * k + 1, 2 * k + 3, 2 * k + 2]);
+    }
+    b.model(false)
+}
+
 /// From z = 0 to z = 1 about the z axis, with radius 1, open at both ends, seen from outside.
 pub(crate) fn cylinder() -> Arc<Model> {
     let half = PI / SEGMENTS as f64;
@@ -177,6 +191,10 @@ mod tests {
         assert!(reach < 1.0013, "{reach}");
         let (area, _, reach) = measure(&disk());
         assert!((area / PI - 1.0).abs() < 1e-6 && reach < 1.0008, "{area} {reach}");
+        for inner in [0.0, 0.5] {
+            let area = measure(&ring(inner)).0;
+            assert!((area / (PI * (1.0 - inner * inner)) - 1.0).abs() < 1e-6, "{inner}: {area}");
+        }
         let (area, volume, _) = measure(&cylinder());
         assert!((area / TAU - 1.0).abs() < 1e-6 && volume > 0.0, "{area}");
         assert_eq!(measure(&cube()).0, 24.0);
@@ -195,7 +213,7 @@ mod tests {
                 assert!(normals.iter().all(|n| Vec3::from(*n).dot(face) > 0.99), "{t}");
             }
         }
-        for model in [rectangle(), disk()] {
+        for model in [rectangle(), disk(), ring(0.5)] {
             assert!((0..model.mesh.triangles.len()).all(|t| {
                 let [a, b, c] = model.mesh.corners(t);
                 (b - a).cross(c - a).z > 0.0

@@ -28,8 +28,9 @@ pub(crate) struct Adaptation {
     pub(crate) normals: NormalsChange,
     /// Inside and outside change places.
     pub(crate) flip: bool,
-    /// Where the file has normals they say what is outside, and triangles that are wound the other way are turned over; `flip` counts
-    /// where it has none.
+    /// The same where the file has no normals.
+    pub(crate) flip_bare: bool,
+    /// Where the file has normals they say what is outside, and triangles that are wound the other way are turned over.
     pub(crate) by_normals: bool,
     /// Texture coordinates are counted from above: v is 1 − v.
     pub(crate) flip_v: bool,
@@ -45,15 +46,23 @@ impl Adaptation {
             Some(part) => serialized::load(path, part)?,
             None => reader(path)?(path)?,
         };
-        let mesh = &mut model.mesh;
-        // before any that are made of the winding
+        self.apply(&mut model.mesh);
+        Ok(model)
+    }
+
+    /// Changes a mesh.
+    pub(crate) fn apply(self, mesh: &mut Mesh) {
+        // before there are any that are made of the winding
         match &mesh.normals {
             Some(normals) if self.by_normals => {
                 let wrong = against_normals(mesh, normals);
                 wrong.into_iter().for_each(|t| turn_over(mesh, t));
             }
-            _ if self.flip => flip(mesh),
+            None if self.flip_bare => flip(mesh),
             _ => (),
+        }
+        if self.flip {
+            flip(mesh);
         }
         match self.normals {
             NormalsChange::Drop => mesh.normals = None,
@@ -65,7 +74,6 @@ impl Adaptation {
         {
             uvs.values.iter_mut().for_each(|uv| uv[1] = 1.0 - uv[1]);
         }
-        Ok(model)
     }
 }
 
@@ -185,10 +193,11 @@ mod tests {
             (0..mesh.triangles.len()).map(up).collect()
         };
         let (lit, dull) = ("f 1/1/1 2/2/1 3/3/1\nf 1/1/2 2/2/2 3/3/2\n", "f 1 2 3\n");
-        let led = Adaptation { by_normals: true, flip: true, ..Adaptation::default() };
+        let led = Adaptation { by_normals: true, flip_bare: true, ..Adaptation::default() };
         assert_eq!(up(led, lit), [false, true]);
         assert_eq!(up(led, dull), [false], "without normals it is turned inside out");
-        assert_eq!(up(Adaptation { flip: false, ..led }, dull), [true]);
+        assert_eq!(up(Adaptation { flip_bare: false, ..led }, dull), [true]);
+        assert_eq!(up(Adaptation { flip: true, ..led }, lit), [true, false], "what normals say, inside out");
         assert_eq!(up(Adaptation::default(), lit), [true, true]);
     }
 

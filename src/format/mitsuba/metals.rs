@@ -83,14 +83,20 @@ pub(crate) fn metal(object: &Object, name: &str) -> Result<Option<(Rgb, Rgb)>> {
     if name == "none" {
         return Ok(None);
     }
-    let find = |name: &str| METALS.iter().find(|(known, ..)| *known == name);
-    match find(name).or_else(|| find(name.strip_suffix("_palik")?)) {
-        Some((_, eta, k)) => Ok(Some((Rgb::from(*eta), Rgb::from(*k)))),
+    match known(name) {
+        Some(found) => Ok(Some(found)),
         None => {
             let subject = format!("unknown metal `{name}`");
             Err(object.error(unknown(&subject, name, METALS.iter().map(|(name, ..)| *name))))
         }
     }
+}
+
+/// The same of a metal that there are data of.
+pub(crate) fn known(name: &str) -> Option<(Rgb, Rgb)> {
+    let find = |name: &str| METALS.iter().find(|(known, ..)| *known == name);
+    let (_, eta, k) = find(name).or_else(|| find(name.strip_suffix("_palik")?))?;
+    Some((Rgb::from(*eta), Rgb::from(*k)))
 }
 
 /// The index of refraction that `key` says, as a number or a name.

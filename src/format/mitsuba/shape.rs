@@ -172,7 +172,7 @@ impl<'a> Shapes<'a> {
         let flip_v = shape.flag("flip_tex_coords", obj)? != obj;
         let flip_v = if obj { flip_v } else { !flip_v };
         shape.ignore(&["collapse", "shape_index"]);
-        Ok(MeshSource::Adapted(path, Adaptation { part, normals, flip, flip_v, by_normals: false }))
+        Ok(MeshSource::Adapted(path, Adaptation { part, normals, flip, flip_v, ..Adaptation::default() }))
     }
 
     /// The name of the shape's material, which is described under it. `None`: what the file itself says.

@@ -41,8 +41,8 @@ fn source(mesh: &Object, to_world: &DAffine3) -> Result<(MeshSource, DAffine3)> 
         "obj" => {
             let name = mesh.text("filename")?.ok_or_else(|| mesh.error("a mesh `obj` needs `filename`"))?;
             // faces without normals look where their corners, already placed, say
-            let flip = to_world.matrix3.determinant() < 0.0;
-            let adaptation = Adaptation { by_normals: true, flip, ..Adaptation::default() };
+            let flip_bare = to_world.matrix3.determinant() < 0.0;
+            let adaptation = Adaptation { by_normals: true, flip_bare, ..Adaptation::default() };
             Ok((MeshSource::Adapted(xml::file(&mesh.at.path, name), adaptation), DAffine3::IDENTITY))
         }
         "sphere" => {

@@ -7,11 +7,12 @@ pub(crate) mod transform;
 
 use crate::document::read_text;
 use crate::error::SourceLocation;
+use crate::format::definitions::{Definition, Definitions};
 use crate::io::paths;
 use crate::{Error, Result};
 use object::{Dialect, Item, Object, Objects, Value};
 use roxmltree::{Document, Node, ParsingOptions};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -53,19 +54,31 @@ const OBJECTS: &[&str] = &[
 ///
 /// # Errors
 /// With file and line: text that is no XML, a tag that is not known, a value that is none, a `$name` that nothing says.
-pub(crate) fn read(path: &Path) -> Result<Objects> {
-    let mut reader = Reader::default();
+pub(crate) fn read(path: &Path, definitions: &Definitions) -> Result<Objects> {
+    let given = definitions.list.iter().map(|definition| (definition.name.clone(), definition.value.clone()));
+    let mut reader = Reader {
+        ids: HashMap::new(),
+        defaults: given.collect(),
+        dialect: Dialect::default(),
+        includes: 0,
+        definitions,
+        said: HashSet::new(),
+    };
     let root = reader.file(path, 0)?;
+    definitions.check_used(reader.said.iter().map(String::as_str))?;
     Ok(Objects::new(root, reader.ids, reader.dialect))
 }
 
-#[derive(Default)]
-struct Reader {
+struct Reader<'d> {
     ids: HashMap<String, Rc<Object>>,
     defaults: HashMap<String, String>,
     /// That of the file that was opened first.
     dialect: Dialect,
     includes: usize,
+    /// What was said from outside of the file, which holds over what it says itself.
+    definitions: &'d Definitions,
+    /// Names of its own defaults.
+    said: HashSet<String>,
 }
 
 /// Where a file is read from.
@@ -86,7 +99,7 @@ impl Source<'_> {
     }
 }
 
-impl Reader {
+impl Reader<'_> {
     fn file(&mut self, path: &Path, depth: usize) -> Result<Rc<Object>> {
         let text = read_text(path)?;
         // no entities are defined, so none are expanded
@@ -135,6 +148,9 @@ impl Reader {
         match tag {
             "default" => {
                 let (name, value) = (self.needed(source, node, "name")?, self.needed(source, node, "value")?);
+                // one that nothing asks for is no slip of the one who defines it
+                self.definitions.find(&name).into_iter().for_each(Definition::use_it);
+                self.said.insert(name.clone());
                 self.defaults.entry(name).or_insert(value);
                 Ok(())
             }
@@ -184,7 +200,7 @@ impl Reader {
     fn property(&mut self, source: &Source, node: Node, shines: bool) -> Result<Item> {
         let tag = node.tag_name().name();
         let name = self.attribute(source, node, "name")?.map(|name| snake(&name));
-        let value = |reader: &Reader| reader.needed(source, node, "value");
+        let value = |reader: &Reader<'_>| reader.needed(source, node, "value");
         let bad = |what: &str, text: &str| source.fault(node, format!("`{text}` is not {what}"));
         let parsed = match tag {
             "ref" => Value::Ref(self.needed(source, node, "id")?),
@@ -324,8 +340,12 @@ impl Reader {
                 .filter(|&k| part.is_char_boundary(k))
                 .find(|&k| self.defaults.contains_key(&part[..k]));
             let Some(known) = known else {
-                return Err(source.fault(node, format!("nothing says what `${}` is: <default> does", &part[..length])));
+                return Err(source.fault(
+                    node,
+                    format!("nothing says what `${0}` is: <default> or -D {0}=VALUE does", &part[..length]),
+                ));
             };
+            self.definitions.find(&part[..known]).into_iter().for_each(Definition::use_it);
             all += &self.defaults[&part[..known]];
             all += &part[known..];
         }
