@@ -58,6 +58,23 @@ pub(crate) struct Choices {
     /// Overrides a key of the scene file, for example guiding.resolution=32; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    definitions: Definitions,
+}
+
+/// What scenes of Mitsuba leave to whoever renders them.
+#[derive(Args)]
+pub(crate) struct Definitions {
+    /// What a scene of Mitsuba calls $NAME, over its <default>; may be repeated. The same as --set default.NAME=VALUE.
+    #[arg(short = 'D', value_name = "NAME=VALUE")]
+    define: Vec<String>,
+}
+
+impl Definitions {
+    /// As overrides.
+    pub(crate) fn overrides(&self) -> impl Iterator<Item = String> + '_ {
+        self.define.iter().map(|definition| format!("default.{definition}"))
+    }
 }
 
 /// The guide's methods, each with its help.
@@ -83,6 +100,7 @@ impl Choices {
         let up = self.up.map(|up| format!("camera.up={up}"));
         let sampler = self.sampler.as_ref().map(|name| format!("render.sampler={name}"));
         let given = [self.seed.map(|n| format!("render.seed={n}")), sampler, method, up];
-        first.into_iter().chain(given.into_iter().flatten()).chain(self.set.iter().cloned()).collect()
+        let given = first.into_iter().chain(given.into_iter().flatten());
+        given.chain(self.set.iter().cloned()).chain(self.definitions.overrides()).collect()
     }
 }

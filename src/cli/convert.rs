@@ -1,5 +1,6 @@
 //! `phototaxis convert`: a scene of any form that is read, as a scene file.
 
+use super::choices::Definitions;
 use super::progress::say;
 use crate::format::mitsuba::export::Translation;
 use crate::format::{self, SceneFile};
@@ -10,7 +11,7 @@ use std::process::ExitCode;
 
 #[derive(Args)]
 pub(crate) struct ConvertArguments {
-    /// Scene (.toml, .json, .xml, .gltf, .glb) or model (.obj, .ply).
+    /// Scene (.toml, .json, .xml, .gltf, .glb, .pbrt) or model (.obj, .ply).
     scene: PathBuf,
     /// The scene file to write (.toml), or a scene of Mitsuba 3 (.xml); meshes and pictures go into the folder "NAME files"
     /// beside it.
@@ -21,10 +22,12 @@ pub(crate) struct ConvertArguments {
     /// Overrides a key of the scene file, for example film.width=640; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
+    #[command(flatten)]
+    definitions: Definitions,
 }
 
 pub(crate) fn run(arguments: &ConvertArguments) -> Result<ExitCode> {
-    let ConvertArguments { scene, output, camera, set } = arguments;
+    let ConvertArguments { scene, output, camera, set, definitions } = arguments;
     let end = output.extension().map(|end| end.to_string_lossy().to_lowercase()).unwrap_or_default();
     if !["toml", "xml"].contains(&&*end) {
         bail!("{}: a scene is written as .toml, or for Mitsuba as .xml", output.display());
@@ -33,7 +36,8 @@ pub(crate) fn run(arguments: &ConvertArguments) -> Result<ExitCode> {
     if same {
         bail!("{}: the scene would be written over itself", output.display());
     }
-    let (file, warnings) = format::load_seen_by(scene, camera.as_deref(), set)?;
+    let overrides: Vec<String> = set.iter().cloned().chain(definitions.overrides()).collect();
+    let (file, warnings) = format::load_seen_by(scene, camera.as_deref(), &overrides)?;
     let more = if end == "xml" { for_mitsuba(&file, output)? } else { format::write::write(&file, output)? };
     warnings.iter().chain(&more).for_each(|warning| say(&format!("warning: {warning}")));
     Ok(ExitCode::SUCCESS)

@@ -4,7 +4,7 @@ mod material;
 mod report;
 mod text;
 
-use super::choices::Machine;
+use super::choices::{Definitions, Machine};
 use super::output::write_json;
 use super::progress::{Bar, Show, Stage};
 use crate::embree::Device;
@@ -18,7 +18,7 @@ use std::time::Instant;
 
 #[derive(Args)]
 pub(crate) struct InfoArguments {
-    /// Scene (.toml, .json, .xml, .gltf, .glb) or model (.obj, .ply).
+    /// Scene (.toml, .json, .xml, .gltf, .glb, .pbrt) or model (.obj, .ply).
     scene: PathBuf,
     /// Prints JSON, described in docs/info.md.
     #[arg(long)]
@@ -30,13 +30,16 @@ pub(crate) struct InfoArguments {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     #[command(flatten)]
+    definitions: Definitions,
+    #[command(flatten)]
     machine: Machine,
 }
 
 pub(crate) fn run(arguments: &InfoArguments) -> Result<ExitCode> {
     let threads = arguments.machine.start(false)?;
     let start = Instant::now();
-    let (file, mut warnings) = format::load_seen_by(&arguments.scene, arguments.camera.as_deref(), &arguments.set)?;
+    let overrides: Vec<String> = arguments.set.iter().cloned().chain(arguments.definitions.overrides()).collect();
+    let (file, mut warnings) = format::load_seen_by(&arguments.scene, arguments.camera.as_deref(), &overrides)?;
     let bar = Bar::of(Show::Auto, Stage::Loading);
     let (scene, more) = file.load_scene_watched(Device::new(threads)?, &|stage| bar.stage(stage.into()))?;
     bar.finish();

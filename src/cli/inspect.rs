@@ -27,7 +27,7 @@ const SCHEMA: u32 = 1;
 
 #[derive(Args)]
 pub(crate) struct InspectArguments {
-    /// Scene (.toml, .json, .xml, .gltf, .glb) or model (.obj, .ply).
+    /// Scene (.toml, .json, .xml, .gltf, .glb, .pbrt) or model (.obj, .ply).
     scene: PathBuf,
     /// Pixel, counted from the upper left, from 0.
     #[arg(long, value_name = "X,Y", value_parser = pixel)]

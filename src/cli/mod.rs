@@ -50,7 +50,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a scene (.toml, .json, .xml, .gltf, .glb) or a bare model (.obj, .ply).
+    /// Render a scene (.toml, .json, .xml, .gltf, .glb, .pbrt) or a bare model (.obj, .ply).
     Render(render::RenderArguments),
     /// Print what a scene consists of, as it is understood: triangles, materials, textures, lights, cameras.
     Info(info::InfoArguments),

@@ -1,16 +1,21 @@
 //! Scenes in files: TOML (described in docs/scene-file.md), the interchange form `scene.json`, or a model alone. Each
 //! format is one reader, in [`READERS`].
 
+mod definitions;
 mod gltf;
 pub(crate) mod json;
 pub(crate) mod mitsuba;
 mod model;
+mod nori;
+mod pbrt;
 pub(crate) mod reference;
 mod sections;
+mod tessellate;
 #[cfg(test)]
 mod tests;
 mod toml;
 pub(crate) mod write;
+mod xml;
 
 #[cfg(feature = "lab")]
 pub(crate) use model::whole_file;
@@ -26,8 +31,10 @@ use crate::render::{Order, RenderSettings};
 use crate::scene::description::{NamedCamera, SceneDescription};
 use crate::scene::{LoadOptions, LoadStage, Scene};
 use crate::{Error, Result};
+use definitions::Definitions;
 use std::path::Path;
 use std::sync::Arc;
+use xml::object::Dialect;
 
 /// What a file says of a scene and of how it is to be rendered.
 #[derive(Clone, Debug, Default)]
@@ -87,19 +94,29 @@ impl SceneFile {
     }
 }
 
-/// Reads a file of one format; also returns warnings.
-type Read = fn(&Path) -> Result<(SceneFile, Vec<String>)>;
+/// Reads a file of one format, which may ask for definitions; also returns warnings.
+type Read = fn(&Path, &Definitions) -> Result<(SceneFile, Vec<String>)>;
 
 /// The formats, by the end of a file's name.
 const READERS: &[(&str, Read)] = &[
-    ("toml", toml::read),
-    ("json", json::read),
-    ("obj", model::read),
-    ("ply", model::read),
-    ("xml", mitsuba::read),
-    ("gltf", gltf::read),
-    ("glb", gltf::read),
+    ("toml", |path, _| toml::read(path)),
+    ("json", |path, _| json::read(path)),
+    ("obj", |path, _| model::read(path)),
+    ("ply", |path, _| model::read(path)),
+    ("xml", read_xml),
+    ("gltf", |path, _| gltf::read(path)),
+    ("glb", |path, _| gltf::read(path)),
+    ("pbrt", |path, _| pbrt::read(path)),
 ];
+
+/// Scenes of Mitsuba and of nori, which are told apart by what is in them.
+fn read_xml(path: &Path, definitions: &Definitions) -> Result<(SceneFile, Vec<String>)> {
+    let objects = xml::read(path, definitions)?;
+    match objects.dialect {
+        Dialect::Mitsuba(_) => mitsuba::read(objects),
+        Dialect::Nori => nori::read(objects),
+    }
+}
 
 /// The ends of names that there are readers for, as a sentence lists them.
 fn ends(readers: &[(&str, Read)]) -> String {
@@ -111,7 +128,7 @@ fn ends(readers: &[(&str, Read)]) -> String {
 }
 
 /// Reads a scene, by a reader for the end of the file's name. `overrides` are `key=value` as of `--set`, over what the file
-/// says. Also returns warnings.
+/// says; `default.NAME=VALUE` among them is what a scene of Mitsuba calls `$NAME`. Also returns warnings.
 ///
 /// # Errors
 /// [`Error::Parse`] with line and column for faults in the file, [`Error::Override`] for faults in
@@ -151,14 +168,21 @@ fn load_all(
     let Some((_, read)) = READERS.iter().find(|(end, _)| *end == extension) else {
         return Err(Error::file(path, format!("not a scene: its name must end in {}", ends(READERS))));
     };
-    let (mut file, warnings) = read(path)?;
+    let mut definitions = Definitions::default();
+    let (before, before_at) = definitions.part(common, 0)?;
+    let (rest, rest_at) = definitions.part(overrides, common.len())?;
+    let (mut file, warnings) = read(path, &definitions)?;
+    definitions.check_used(std::iter::empty())?;
     choose_camera(&mut file.scene, camera).map_err(|message| Error::file(path, message))?;
-    apply_overrides(&mut file, path, common, true)?;
-    let counted = |error| match error {
-        Error::Override { index, text, message } => Error::Override { index: index + common.len(), text, message },
+    let counted = |error, places: &[usize], first: usize| match error {
+        Error::Override { index, text, message } => {
+            let index = first + places.get(index).copied().unwrap_or(index);
+            Error::Override { index, text, message }
+        }
         other => other,
     };
-    apply_overrides(&mut file, path, overrides, false).map_err(counted)?;
+    apply_overrides(&mut file, path, &before, true).map_err(|error| counted(error, &before_at, 0))?;
+    apply_overrides(&mut file, path, &rest, false).map_err(|error| counted(error, &rest_at, common.len()))?;
     check_order(&file, path)?;
     Ok((file, warnings))
 }

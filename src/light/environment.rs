@@ -1,5 +1,6 @@
 //! Surroundings from a picture in latitude-longitude form.
 
+use super::octahedral;
 use super::source::{Extent, Findings, LightParameters, LightSource};
 use super::tree::FarLight;
 use super::{LightSample, check_light, scaled, wide_luminance};
@@ -23,11 +24,18 @@ pub struct EnvironmentLight {
     pub scale: Rgb,
     /// From the picture's frame; a rotation, with or without a mirroring.
     pub to_world: Affine3A,
+    /// The picture is a square in the mapping of [`octahedral`].
+    pub octahedral: bool,
 }
 
 impl Default for EnvironmentLight {
     fn default() -> EnvironmentLight {
-        EnvironmentLight { path: PathBuf::new(), scale: Rgb::ONE, to_world: Affine3A::from_rotation_y(0.0) }
+        EnvironmentLight {
+            path: PathBuf::new(),
+            scale: Rgb::ONE,
+            to_world: Affine3A::from_rotation_y(0.0),
+            octahedral: false,
+        }
     }
 }
 
@@ -37,7 +45,10 @@ impl Fields for EnvironmentLight {
         visitor.color(key("scale", "multiplies the picture"), NOT_NEGATIVE, &mut self.scale)?;
         let angle = key("rotate_y", "turns it about +y, counter-clockwise seen from above").unit("degrees");
         let meaning = "from the picture's frame to the world, in the place of `rotate_y`; a translation means nothing";
-        visitor.orientation(angle, key("to_world", meaning).optional(), &mut self.to_world)
+        visitor.orientation(angle, key("to_world", meaning).optional(), &mut self.to_world)?;
+        let meaning =
+            "the picture is a square in the equal-area octahedral mapping of pbrt-v4, +z of its frame in the middle";
+        visitor.added_flag(key("octahedral", meaning), &mut self.octahedral)
     }
 }
 
@@ -51,14 +62,20 @@ impl LightParameters for EnvironmentLight {
     fn load(&self, findings: &mut Findings) -> Result<Box<Environment>> {
         let path = &self.path;
         let picture = picture::load(path)?;
-        let pixels = (picture.width * picture.height) as u64;
+        // the picture unfolded has twice its pixels, and each takes sums while it is made
+        let unfolded = if self.octahedral { 4 } else { 1 };
+        let pixels = (picture.width * picture.height * unfolded) as u64;
         memory::check(pixels * (Environment::TABLE_BYTES_PER_PIXEL + size_of::<Rgb>() as u64))
             .map_err(|shortage| Error::file(path, format!("tables of its pixels {shortage}")))?;
         let data = picture.colors();
         findings.pictures.push(canon::texels([picture.width, picture.height], |canon| canon.array(&data)));
         findings.warnings.extend(notes(&picture).map(|note| format!("{}: {note}", path.display())));
-        let (width, height) = (picture.width as u32, picture.height as u32);
-        let environment = Environment::new(width, height, data, self.scale, self.to_world)
+        let (width, height, data) = match self.octahedral {
+            false => (picture.width, picture.height, data),
+            true if picture.width == picture.height => octahedral::unfolded(picture.width, &data),
+            true => return Err(Error::file(path, "a picture in the octahedral mapping is as wide as it is high")),
+        };
+        let environment = Environment::new(width as u32, height as u32, data, self.scale, self.to_world)
             .map_err(|error| Error::file(path, error.to_string()))?;
         if environment.negative_pixels > 0 {
             let n = environment.negative_pixels;

@@ -12,6 +12,7 @@ mod directional;
 mod environment;
 mod leaves;
 mod lights;
+pub(crate) mod octahedral;
 mod pattern;
 mod point;
 mod samples;

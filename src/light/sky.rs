@@ -5,7 +5,7 @@ mod solar;
 use super::LightSample;
 use super::environment::Environment;
 use super::source::{Extent, Findings, LightParameters, LightSource};
-use super::sun::{SUN_DIAMETER, SunDisc};
+use super::sun::{SUN_DIAMETER, SunDisc, SunLight};
 use super::tree::FarLight;
 use crate::document::{Bounds, NOT_NEGATIVE, UNIT, key};
 use crate::fields::{FieldVisitor, Fields};
@@ -71,14 +71,7 @@ impl LightParameters for SkyLight {
     type Loaded = Sky;
 
     fn load(&self, _: &mut Findings) -> Result<Sky> {
-        let unit = |v: Vec3, what: &str| {
-            v.as_dvec3().try_normalize().ok_or_else(|| Error::Scene(format!("a sky's `{what}` has no direction")))
-        };
-        let (to_sun, up) = (unit(self.sun_direction, "sun_direction")?, unit(self.up, "up")?);
-        let elevation = to_sun.dot(up).asin();
-        if elevation < 0.0 {
-            return Err(Error::Scene("a sky's sun stands below the horizon, where its model ends".into()));
-        }
+        let (to_sun, up, elevation) = self.directions()?;
         let dome = self.dome(to_sun, up, elevation)?;
         let sun = self.sun.then(|| {
             let irradiance = solar::irradiance(elevation, f64::from(self.turbidity)) * self.scale;
@@ -89,6 +82,29 @@ impl LightParameters for SkyLight {
 }
 
 impl SkyLight {
+    /// Its sun alone, whether it shines in this sky or not.
+    ///
+    /// # Errors
+    /// As of the sky: directions that are zero, and a sun below the horizon.
+    pub(crate) fn sun_alone(&self) -> Result<SunLight> {
+        let (to_sun, _, elevation) = self.directions()?;
+        let irradiance = solar::irradiance(elevation, f64::from(self.turbidity)) * self.scale;
+        Ok(SunLight { direction: -to_sun.as_vec3(), irradiance, angular_diameter: SUN_DIAMETER })
+    }
+
+    /// Unit vectors to the sun and to the zenith, and the sun's elevation in radians.
+    fn directions(&self) -> Result<(DVec3, DVec3, f64)> {
+        let unit = |v: Vec3, what: &str| {
+            v.as_dvec3().try_normalize().ok_or_else(|| Error::Scene(format!("a sky's `{what}` has no direction")))
+        };
+        let (to_sun, up) = (unit(self.sun_direction, "sun_direction")?, unit(self.up, "up")?);
+        let elevation = to_sun.dot(up).asin();
+        if elevation < 0.0 {
+            return Err(Error::Scene("a sky's sun stands below the horizon, where its model ends".into()));
+        }
+        Ok((to_sun, up, elevation))
+    }
+
     /// The sky as a picture, whose frame has the zenith at +y.
     fn dome(&self, to_sun: DVec3, up: DVec3, elevation: f64) -> Result<Environment> {
         let albedo = self.ground_albedo.to_array();

@@ -63,7 +63,7 @@ pub(crate) enum MeshSource {
 pub(super) type Read = fn(&Path) -> Result<Model>;
 
 /// The formats of meshes, by the end of a file's name.
-const READERS: &[(&str, Read)] = &[("obj", obj::load), ("ply", ply::load)];
+const READERS: &[(&str, Read)] = &[("obj", obj::load), ("ply", ply::load), ("ply.gz", ply::load)];
 
 impl MeshSource {
     /// The model. One in memory is checked, as what is built of it relies on its indices.
@@ -119,11 +119,13 @@ impl fmt::Debug for MeshSource {
 }
 
 pub(super) fn reader(path: &Path) -> Result<Read> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let found = READERS.iter().find(|(end, _)| *end == extension).map(|(_, read)| *read);
+    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let ends = |end: &str| name.strip_suffix(end).is_some_and(|stem| stem.ends_with('.'));
+    let found = READERS.iter().find(|(end, _)| ends(end)).map(|(_, read)| *read);
     found.ok_or_else(|| {
         let ends: Vec<String> = READERS.iter().map(|(end, _)| format!(".{end}")).collect();
-        Error::file(path, format!("not a mesh: its name must end in {}", ends.join(" or ")))
+        let (last, first) = ends.split_last().expect("there are readers");
+        Error::file(path, format!("not a mesh: its name must end in {} or {last}", first.join(", ")))
     })
 }
 

@@ -1,13 +1,13 @@
 //! Materials.
 
 use super::metals;
-use super::object::{Object, Objects};
-use super::texture::Textures;
+use super::texture::{TURNED, Textures};
 use crate::Result;
 use crate::bsdf::{
     BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, DiffuseTransmitterParameters,
     MicrofacetDistribution, NullParameters, PlasticParameters, PrincipledMaps, PrincipledParameters,
 };
+use crate::format::xml::object::{Object, Objects};
 use crate::math::Rgb;
 use crate::scene::description::MaterialDescription;
 use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
@@ -17,7 +17,7 @@ use std::rc::Rc;
 const DEEPEST: usize = 16;
 
 /// Reads materials.
-pub(super) struct Materials<'a> {
+pub(crate) struct Materials<'a> {
     pub(crate) objects: &'a Objects,
     pub(crate) textures: &'a Textures<'a>,
 }
@@ -89,6 +89,9 @@ impl Materials<'_> {
         let missing = || bsdf.error(format!("the {} needs a texture", bsdf.label()));
         let texture = self.objects.child(bsdf, "texture")?.ok_or_else(missing)?;
         let image = self.textures.picture(&texture)?;
+        if kind == ReliefKind::Normals && image.path.to_string_lossy().ends_with(TURNED) {
+            self.objects.warn(&texture.at, "the normals in a turned picture are as if it were not turned");
+        }
         let tinted = f64::from(crate::math::luminance(image.tint));
         let strength = (bsdf.number("scale", 1.0)? * tinted) as f32;
         bsdf.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
@@ -236,6 +239,7 @@ impl Materials<'_> {
             distribution,
             nonlinear: bsdf.flag("nonlinear", false)?,
             energy_conserving: false,
+            additive: false,
         })
     }
 
@@ -319,12 +323,17 @@ impl Materials<'_> {
     }
 }
 
-fn one_sided(bsdf: impl Into<BsdfDescription>) -> MaterialDescription {
+/// Black from behind.
+pub(crate) fn one_sided(bsdf: impl Into<BsdfDescription>) -> MaterialDescription {
     MaterialDescription { bsdf: bsdf.into(), two_sided: false, ..MaterialDescription::default() }
 }
 
 /// What two constant diffuse materials are together; `share` of it is the second.
-fn mixed(first: &MaterialDescription, second: &MaterialDescription, share: f32) -> Option<MaterialDescription> {
+pub(crate) fn mixed(
+    first: &MaterialDescription,
+    second: &MaterialDescription,
+    share: f32,
+) -> Option<MaterialDescription> {
     let reflectance = |material: &MaterialDescription| match &material.bsdf {
         BsdfDescription::Diffuse(DiffuseParameters { reflectance: ColorTexture::Constant(color) }) => Some(*color),
         _ => None,

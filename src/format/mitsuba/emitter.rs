@@ -1,8 +1,8 @@
 //! Lights that are no surfaces.
 
-use super::object::{Object, Objects};
-use super::xml;
 use crate::Result;
+use crate::format::xml;
+use crate::format::xml::object::{Object, Objects};
 use crate::light::{
     ConstantLight, DirectionalLight, EnvironmentLight, LightDescription, PointLightParameters, SkyLight,
     SpotLightParameters,
@@ -14,7 +14,7 @@ use glam::{DAffine3, DMat3, DVec3};
 ///
 /// # Errors
 /// A type that is not known or has no counterpart, and what is wrong with its properties.
-pub(super) fn light(objects: &Objects, emitter: &Object) -> Result<LightDescription> {
+pub(crate) fn light(objects: &Objects, emitter: &Object) -> Result<LightDescription> {
     emitter.ignore(&["sampling_weight"]);
     let light = match emitter.kind.as_str() {
         "constant" => ConstantLight { radiance: emitter.color("radiance", Rgb::ONE)? }.into(),
@@ -32,8 +32,7 @@ pub(super) fn light(objects: &Objects, emitter: &Object) -> Result<LightDescript
             DirectionalLight { direction, irradiance: emitter.color("irradiance", Rgb::ONE)? }.into()
         }
         "spot" => spot(emitter)?.into(),
-        "sky" | "sunsky" => sky(objects, emitter)?.into(),
-        "sun" => return Err(emitter.error("the emitter `sun` alone has no counterpart: `sunsky` has one")),
+        "sky" | "sunsky" | "sun" => sky(objects, emitter)?,
         "area" => return Err(emitter.error("an area light belongs into a shape")),
         kind => {
             return Err(emitter.error(format!("the emitter `{kind}` has no counterpart, and no other looks like it")));
@@ -72,7 +71,7 @@ fn environment(objects: &Objects, emitter: &Object) -> Result<EnvironmentLight> 
     let scale = emitter.color("scale", Rgb::ONE)?;
     let to_world = turn(objects, emitter)?;
     let path = xml::file(&emitter.at.path, name);
-    Ok(EnvironmentLight { path, scale, to_world: to_world.as_affine3a() })
+    Ok(EnvironmentLight { path, scale, to_world: to_world.as_affine3a(), octahedral: false })
 }
 
 /// The rotation of `to_world`, with or without a mirroring.
@@ -95,7 +94,8 @@ fn turn(objects: &Objects, emitter: &Object) -> Result<DAffine3> {
 /// of that sensitivity is 106.857 nm.
 const SKY_MEAN: f64 = 1.0 / 106.856_895;
 
-fn sky(objects: &Objects, emitter: &Object) -> Result<SkyLight> {
+/// A sky, with its sun or without, or the sun alone.
+fn sky(objects: &Objects, emitter: &Object) -> Result<LightDescription> {
     let up = if objects.is_old() { DVec3::Y } else { DVec3::Z };
     let turned = turn(objects, emitter)?;
     let Some(sun) = emitter.vector("sun_direction")? else {
@@ -107,20 +107,26 @@ fn sky(objects: &Objects, emitter: &Object) -> Result<SkyLight> {
     if sun.dot(up) < 0.0 {
         return Err(emitter.error("the sun is below the horizon"));
     }
-    let (sky_scale, sun_scale) = (emitter.number("sky_scale", 1.0)?, emitter.number("sun_scale", 1.0)?);
-    if emitter.kind == "sunsky" && sun_scale != 0.0 && sun_scale != sky_scale {
+    let scale = emitter.number("scale", 1.0)?;
+    let (sky_scale, sun_scale) = match emitter.kind.as_str() {
+        "sunsky" => (emitter.number("sky_scale", 1.0)?, emitter.number("sun_scale", 1.0)?),
+        "sun" => (0.0, 1.0),
+        _ => (1.0, 0.0),
+    };
+    let alone = sky_scale == 0.0 && sun_scale > 0.0;
+    if !alone && sun_scale != 0.0 && sun_scale != sky_scale {
         objects.warn(&emitter.at, "`sun_scale` other than `sky_scale` has no counterpart: `sky_scale` counts for both");
     }
-    let scale = emitter.number("scale", 1.0)? * sky_scale * SKY_MEAN;
     let albedo = if objects.is_old() { 0.15 } else { 0.3 };
     objects
-        .warn(&emitter.at, "its sky is the same model by another table: colours and strength differ by some percent");
-    Ok(SkyLight {
+        .warn(&emitter.at, "its light is the same model by another table: colours and strength differ by some percent");
+    let sky = SkyLight {
         sun_direction: sun.as_vec3(),
         up: up.as_vec3(),
         turbidity: emitter.number("turbidity", 3.0)?.clamp(1.0, 10.0) as f32,
         ground_albedo: emitter.color("albedo", Rgb::splat(albedo))?.min(Rgb::ONE),
-        sun: emitter.kind == "sunsky" && sun_scale != 0.0,
-        scale: scale.max(0.0) as f32,
-    })
+        sun: sun_scale != 0.0,
+        scale: (scale * if alone { sun_scale } else { sky_scale } * SKY_MEAN).max(0.0) as f32,
+    };
+    Ok(if alone { sky.sun_alone().map_err(|error| emitter.error(error.to_string()))?.into() } else { sky.into() })
 }

@@ -1,8 +1,8 @@
 //! What materials are called.
 
-use super::object::Object;
 use crate::Result;
 use crate::document::suggest::unknown;
+use crate::format::xml::object::Object;
 use crate::math::Rgb;
 
 /// Complex indices of refraction of conductors, which Mitsuba 3.9 makes of its measured spectra for linear sRGB (variant `scalar_rgb`).
@@ -79,13 +79,12 @@ const DIELECTRICS: &[(&str, f32)] = &[
 ];
 
 /// η and k of the metal of this name; `None` for `none`, which reflects all.
-pub(super) fn metal(object: &Object, name: &str) -> Result<Option<(Rgb, Rgb)>> {
+pub(crate) fn metal(object: &Object, name: &str) -> Result<Option<(Rgb, Rgb)>> {
     if name == "none" {
         return Ok(None);
     }
-    let find = |name: &str| METALS.iter().find(|(known, ..)| *known == name);
-    match find(name).or_else(|| find(name.strip_suffix("_palik")?)) {
-        Some((_, eta, k)) => Ok(Some((Rgb::from(*eta), Rgb::from(*k)))),
+    match known(name) {
+        Some(found) => Ok(Some(found)),
         None => {
             let subject = format!("unknown metal `{name}`");
             Err(object.error(unknown(&subject, name, METALS.iter().map(|(name, ..)| *name))))
@@ -93,11 +92,18 @@ pub(super) fn metal(object: &Object, name: &str) -> Result<Option<(Rgb, Rgb)>> {
     }
 }
 
+/// The same of a metal that there are data of.
+pub(crate) fn known(name: &str) -> Option<(Rgb, Rgb)> {
+    let find = |name: &str| METALS.iter().find(|(known, ..)| *known == name);
+    let (_, eta, k) = find(name).or_else(|| find(name.strip_suffix("_palik")?))?;
+    Some((Rgb::from(*eta), Rgb::from(*k)))
+}
+
 /// The index of refraction that `key` says, as a number or a name.
-pub(super) fn index(object: &Object, key: &str, default: &str) -> Result<f32> {
+pub(crate) fn index(object: &Object, key: &str, default: &str) -> Result<f32> {
     let find = |name: &str| DIELECTRICS.iter().find(|(known, _)| *known == name).map(|(_, index)| *index);
     if let Some(item) = object.find(key)
-        && let super::object::Value::Text(name) = &item.value
+        && let crate::format::xml::object::Value::Text(name) = &item.value
     {
         let name = name.to_lowercase();
         let subject = format!("unknown material `{name}`");

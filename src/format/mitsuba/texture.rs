@@ -1,20 +1,20 @@
 //! Textures: colours and numbers that are constant or of a picture.
 
-use super::object::{Item, Object, Objects, Value};
-use super::xml;
 use crate::Result;
-use crate::image::picture::{Picture, Samples};
+use crate::format::xml;
+use crate::format::xml::object::{Item, Object, Objects, Value};
+use crate::image::picture::{self, Picture, Samples};
 use crate::math::Rgb;
 use crate::math::luminance;
 use crate::texture::{ColorTexture, EmbeddedPicture, EmbeddedPictures, ImageTexture, ScalarTexture};
 use glam::DAffine3;
 use std::cell::RefCell;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 
 /// Reads textures, and keeps pictures that are in no file.
-pub(super) struct Textures<'a> {
+pub(crate) struct Textures<'a> {
     pub(crate) objects: &'a Objects,
     embedded: RefCell<EmbeddedPictures>,
 }
@@ -142,7 +142,9 @@ impl<'a> Textures<'a> {
     fn bitmap(&self, texture: &Object) -> Result<ImageTexture> {
         let name = texture.text("filename")?.ok_or_else(|| texture.error("a bitmap needs `filename`"))?;
         let mut image = ImageTexture::new(xml::file(&texture.at.path, name));
-        self.place(texture, &mut image)?;
+        if self.place(texture, &mut image)? {
+            image.path = self.transposed(&image.path)?;
+        }
         image.nearest = texture.text("filter_type")? == Some("nearest");
         image.clamp = match texture.text("wrap_mode")? {
             None | Some("repeat") => false,
@@ -171,27 +173,49 @@ impl<'a> Textures<'a> {
         ));
         self.embedded.borrow_mut().insert(path.clone(), Arc::new(EmbeddedPicture::Decoded(picture)));
         let mut image = ImageTexture { nearest: true, ..ImageTexture::new(path) };
+        // four squares are the same when their columns are rows
         self.place(texture, &mut image)?;
         Ok(image)
     }
 
-    /// `to_uv`, or the names before version 2. v counts from above there, and from below here: 1 − v.
-    fn place(&self, texture: &Object, image: &mut ImageTexture) -> Result<()> {
+    /// `to_uv`, or the names before version 2; whether u and v of the picture change places. v counts from above there, and from below
+    /// here: 1 − v.
+    fn place(&self, texture: &Object, image: &mut ImageTexture) -> Result<bool> {
         let to_uv = texture.transform("to_uv")?.unwrap_or(DAffine3::IDENTITY);
         let both = texture.number("uv_scale", 1.0)?;
         let scale = [texture.number("uscale", both)?, texture.number("vscale", both)?];
         let offset = [texture.number("uoffset", 0.0)?, texture.number("voffset", 0.0)?];
         let [x, y] = [to_uv.matrix3.x_axis, to_uv.matrix3.y_axis];
-        if x.y.abs() > 1e-6 * x.x.abs() || y.x.abs() > 1e-6 * y.y.abs() {
-            self.objects.warn(&texture.at, "a turned texture is not known here: `to_uv` only scales and moves it");
+        let (straight, across) = (x.x.abs().max(y.y.abs()), x.y.abs().max(y.x.abs()));
+        // a quarter turn exchanges the two
+        let turned = straight <= 1e-6 * across && across > 0.0;
+        if !turned && across > 1e-6 * straight {
+            let message = "a texture can be turned by quarters only: `to_uv` scales and moves it, and does not turn it";
+            self.objects.warn(&texture.at, message);
         }
-        let (su, sv) = (x.x * scale[0], y.y * scale[1]);
-        let (ou, ov) = (to_uv.translation.x + offset[0], to_uv.translation.y + offset[1]);
+        let (tu, tv) = (to_uv.translation.x + offset[0], to_uv.translation.y + offset[1]);
+        let (su, sv, ou, ov) = match turned {
+            true => (x.y * scale[1], y.x * scale[0], tv, tu),
+            false => (x.x * scale[0], y.y * scale[1], tu, tv),
+        };
         image.scale = [su as f32, sv as f32];
         image.offset = [ou as f32, (1.0 - sv - ov) as f32];
-        Ok(())
+        Ok(turned)
+    }
+
+    /// The picture with its columns as rows, under a name of its own.
+    fn transposed(&self, path: &Path) -> Result<PathBuf> {
+        let name = PathBuf::from(format!("{}{TURNED}", path.display()));
+        if !self.embedded.borrow().contains_key(&name) {
+            let picture = picture::load(path)?.transposed();
+            self.embedded.borrow_mut().insert(name.clone(), Arc::new(EmbeddedPicture::Decoded(picture)));
+        }
+        Ok(name)
     }
 }
+
+/// The end of the names of pictures that are turned.
+pub(crate) const TURNED: &str = "#turned";
 
 fn scaled(found: Found, by: Rgb) -> Found {
     match found {

@@ -20,14 +20,19 @@ const FALSE_ALARM: f64 = 1e-3;
 
 /// By run, the mean luminance of each block.
 pub(in crate::format) fn runs(file: &SceneFile, first_seed: u64) -> Vec<Vec<f64>> {
+    runs_of(file, first_seed, SPP)
+}
+
+/// The same with so many samples per pixel in each run.
+pub(in crate::format) fn runs_of(file: &SceneFile, first_seed: u64, spp: u32) -> Vec<Vec<f64>> {
     let scene = file.load_scene(1).unwrap().0;
     let (width, height) = (scene.camera.width, scene.camera.height);
-    let task = Task { tile: Tile { x: 0, y: 0, width, height }, first_sample: 0, samples: SPP };
+    let task = Task { tile: Tile { x: 0, y: 0, width, height }, first_sample: 0, samples: spp };
     let run = |run: usize| {
         let integrator = PathIntegrator::plain(&scene, &file.integrator, first_seed + run as u64);
         let sums = integrator.render(&task, &mut Batch::new()).samples.sum;
         let (width, height) = (width as usize, height as usize);
-        let unit = scene.light_unit().value() / f64::from(SPP);
+        let unit = scene.light_unit().value() / f64::from(spp);
         let pixel = |x: usize, y: usize| f64::from(luminance(sums[y * width + x])) * unit;
         let block = |k: usize| {
             let columns = k % 4 * width / 4..(k % 4 + 1) * width / 4;
@@ -52,6 +57,13 @@ pub(in crate::format) fn compare(first: &[Vec<f64>], second: &[Vec<f64>]) -> (f6
     };
     let mean = |runs: &[Vec<f64>]| runs.iter().flatten().sum::<f64>();
     ((0..BLOCKS).map(t).fold(0.0, f64::max), mean(first) / mean(second) - 1.0)
+}
+
+/// The standard error of the mean over all, in shares of it.
+pub(in crate::format) fn error_of_mean(runs: &[Vec<f64>]) -> f64 {
+    let means: Vec<f64> = runs.iter().map(|run| run.iter().sum()).collect();
+    let summary = Summary::of(&means).unwrap();
+    summary.std_error() / summary.mean
 }
 
 /// What t may be where so many blocks are compared: 15 degrees of freedom, the fewest that Welch's test may have of 16 runs.

@@ -215,7 +215,10 @@ fn an_obj_alone_is_a_scene() {
     assert_eq!(file.scene.meshes[0].source.path(), Some(Path::new("dir/a.OBJ")));
     assert_eq!((file.scene.camera, file.render.spp), (None, 7));
     let error = load(Path::new("a.blend"), &[]).unwrap_err().to_string();
-    assert_eq!(error, "a.blend: not a scene: its name must end in .toml, .json, .obj, .ply, .xml, .gltf or .glb");
+    assert_eq!(
+        error,
+        "a.blend: not a scene: its name must end in .toml, .json, .obj, .ply, .xml, .gltf, .glb or .pbrt"
+    );
     let error = parse("", Path::new("s.toml"), &[]).unwrap().1;
     assert_eq!(error, ["the scene has no [[mesh]]: only its background will be seen"]);
 }

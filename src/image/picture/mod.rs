@@ -49,6 +49,23 @@ impl Picture {
     }
 }
 
+impl Picture {
+    /// The picture mirrored about the diagonal from its upper left corner.
+    pub(crate) fn transposed(&self) -> Picture {
+        fn turned<T: Copy>(values: &[T], width: usize, height: usize, step: usize) -> Vec<T> {
+            let pixels = (0..width).flat_map(|x| (0..height).map(move |y| (y * width + x) * step));
+            pixels.flat_map(|first| values[first..first + step].iter().copied()).collect()
+        }
+        let (width, height, channels) = (self.width, self.height, self.channels);
+        let samples = match &self.samples {
+            Samples::U8(values, table) => Samples::U8(turned(values, width, height, channels), table.clone()),
+            Samples::U16(values, table) => Samples::U16(turned(values, width, height, channels), table.clone()),
+            Samples::F32(values) => Samples::F32(turned(values, width, height, channels)),
+        };
+        Picture { width: height, height: width, channels, samples, notes: self.notes.clone() }
+    }
+}
+
 impl Samples {
     /// Linear colour of the pixel of `channels` values that begins at `first`.
     #[inline]

@@ -80,5 +80,5 @@ fn meshes_in_memory_that_contradict_themselves_are_refused() {
 #[test]
 fn a_file_that_no_reader_is_for_is_refused_by_name() {
     let message = MeshSource::File("a.stl".into()).load().unwrap_err().to_string();
-    assert_eq!(message, "a.stl: not a mesh: its name must end in .obj or .ply");
+    assert_eq!(message, "a.stl: not a mesh: its name must end in .obj, .ply or .ply.gz");
 }

@@ -4,10 +4,11 @@ use super::header::{Element, Encoding};
 use super::values::{Binary, Fault, Text, Values, with_values, within};
 use crate::io::memory;
 use crate::{Error, Result};
+use flate2::bufread::MultiGzDecoder;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::fs::File;
-use std::io;
+use std::io::{self, BufReader, Read};
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
@@ -26,8 +27,11 @@ pub(super) enum Source<'a> {
 }
 
 impl Source<'_> {
-    /// A file, or the bytes of what cannot be read from any place (a pipe).
+    /// A file, or the bytes of what cannot be read from any place (a pipe) or is compressed.
     pub(crate) fn open(path: &Path) -> Result<Source<'static>> {
+        if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("gz")) {
+            return unpacked(path).map(|bytes| Source::Memory(bytes.into()));
+        }
         let file = File::open(path).map_err(Error::io(path))?;
         let metadata = file.metadata().map_err(Error::io(path))?;
         if metadata.is_file() {
@@ -68,6 +72,20 @@ impl Source<'_> {
         pieces.try_for_each(|(k, piece)| file.read_exact_at(piece, (k * PIECE) as u64)).map_err(Error::io(path))?;
         *self = Source::Memory(bytes.into());
         Ok(())
+    }
+}
+
+/// What is in a file that gzip has compressed, piece by piece, so that no more is taken than there is memory.
+fn unpacked(path: &Path) -> Result<Vec<u8>> {
+    let mut packed = MultiGzDecoder::new(BufReader::new(File::open(path).map_err(Error::io(path))?));
+    let mut bytes = Vec::new();
+    loop {
+        memory::check(PIECE as u64 + bytes.len() as u64)
+            .map_err(|shortage| Error::file(path, format!("its bytes, unpacked, {shortage}")))?;
+        let read = packed.by_ref().take(PIECE.max(bytes.len()) as u64).read_to_end(&mut bytes);
+        if read.map_err(|error| Error::file(path, format!("not compressed by gzip, or damaged: {error}")))? == 0 {
+            return Ok(bytes);
+        }
     }
 }
 

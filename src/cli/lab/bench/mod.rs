@@ -51,7 +51,7 @@ pub(crate) fn run(arguments: &BenchArguments) -> Result<ExitCode> {
 /// Options of those that take a scene.
 #[derive(Args)]
 struct Subject {
-    /// Scene (.toml, .json, .xml, .gltf, .glb) or model (.obj, .ply).
+    /// Scene (.toml, .json, .xml, .gltf, .glb, .pbrt) or model (.obj, .ply).
     scene: PathBuf,
     #[command(flatten)]
     machine: Machine,

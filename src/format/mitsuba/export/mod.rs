@@ -160,7 +160,10 @@ fn emitter(light: &LightDescription) -> Result<Element> {
     let plugin = |kind: &str| Element::new("emitter").kind(kind);
     Ok(match light {
         LightDescription::Constant(ConstantLight { radiance }) => plugin("constant").color("radiance", *radiance),
-        LightDescription::Environment(EnvironmentLight { path, scale, to_world }) => {
+        LightDescription::Environment(EnvironmentLight { octahedral: true, .. }) => {
+            return Err(unknown("an environment in the octahedral mapping"));
+        }
+        LightDescription::Environment(EnvironmentLight { path, scale, to_world, .. }) => {
             if scale.min_element() != scale.max_element() {
                 return Err(unknown("an environment with a coloured scale"));
             }

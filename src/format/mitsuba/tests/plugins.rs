@@ -81,6 +81,13 @@ const SQUARES: &[(&str, &str)] = &[
 </bsdf>"#,
     ),
     (
+        "bitmap_turned",
+        r#"<bsdf type="twosided"><bsdf type="diffuse"><texture type="bitmap" name="reflectance">
+<string name="filename" value="pic.png"/><transform name="to_uv"><scale x="2" y="3"/><rotate z="1" angle="90"/>
+<translate x="0.2" y="0.1"/></transform><string name="filter_type" value="nearest"/></texture></bsdf>
+</bsdf>"#,
+    ),
+    (
         "checker",
         r#"<bsdf type="diffuse"><texture type="checkerboard" name="reflectance">
 <rgb name="color0" value="0.9 0.1 0.1"/><rgb name="color1" value="0.1 0.1 0.9"/><transform name="to_uv">
@@ -214,6 +221,13 @@ const LIGHTS: &[(&str, &str)] = &[
         r#"<shape type="sphere"><point name="center" x="0" y="1" z="0"/><bsdf type="diffuse"/></shape>
 <emitter type="sunsky"><vector name="sun_direction" x="0.3" y="0.6" z="0.5"/>
 <float name="sun_scale" value="0"/><transform name="to_world"><rotate x="1" angle="-90"/></transform>
+</emitter>"#,
+    ),
+    (
+        "sun",
+        r#"<shape type="sphere"><point name="center" x="0" y="1" z="0"/><bsdf type="diffuse"/></shape>
+<emitter type="sunsky"><vector name="sun_direction" x="0.3" y="0.6" z="0.5"/>
+<float name="sky_scale" value="0"/><transform name="to_world"><rotate x="1" angle="-90"/></transform>
 </emitter>"#,
     ),
     (

@@ -44,6 +44,40 @@ fn references_defaults_includes_and_old_names_are_understood() {
 }
 
 #[test]
+fn what_is_said_from_outside_holds_over_defaults() {
+    let folder = companions();
+    let text = "<scene version=\"3.0.0\"><default name=\"depth\" value=\"3\"/><default name=\"unused\" value=\"1\"/>\
+        <integrator type=\"path\"><integer name=\"max_depth\" value=\"$depth\"/></integrator>\
+        <sensor type=\"perspective\"><sampler type=\"independent\"><integer name=\"sample_count\" value=\"$spp\"/></sampler></sensor></scene>";
+    fs::write(folder.path().join("scene.xml"), text).unwrap();
+    let load = |overrides: &[&str]| {
+        let overrides: Vec<String> = overrides.iter().map(|text| text.to_string()).collect();
+        crate::format::load(&folder.path().join("scene.xml"), &overrides).map(|(file, _)| file)
+    };
+    let file = load(&["default.spp=64", "render.seed=9", "default.unused=2"]).unwrap();
+    assert_eq!((file.render.spp, file.integrator.max_depth, file.render.seed), (64, 3, 9));
+    let file = load(&["default.depth=5", "default.spp = \"7\"", "default.depth=6"]).unwrap();
+    assert_eq!((file.render.spp, file.integrator.max_depth), (7, 6));
+    for (overrides, wanted) in [
+        (&[][..], "nothing says what `$spp` is: <default> or -D spp=VALUE does"),
+        (
+            &["default.spp=1", "default.dept=5"],
+            "--set 'default.dept=5': the scene has no `$dept`: did you mean `depth`",
+        ),
+        (&["default.spp=1", "render.sed=5"], "--set 'render.sed=5'"),
+        (&["default.spp"], "expected default.NAME=VALUE"),
+        (&["default.spp=many"], "`many` is not a number"),
+    ] {
+        let message = load(overrides).err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(message.contains(wanted), "{message}\nis not\n{wanted}");
+    }
+    fs::write(folder.path().join("a.toml"), "[camera]\norigin = [0, 0, 1]\ntarget = [0, 0, 0]\n").unwrap();
+    let message =
+        crate::format::load(&folder.path().join("a.toml"), &["default.spp=1".into()]).err().unwrap().to_string();
+    assert!(message.contains("the scene has no `$spp`"), "{message}");
+}
+
+#[test]
 fn groups_stand_where_their_instances_do() {
     let folder = companions();
     let text = "<scene version=\"3.0.0\"><shape type=\"shapegroup\" id=\"g\"><shape type=\"cube\"/>\
