@@ -9,7 +9,7 @@ use crate::format::SceneFile;
 use crate::image::exr::{self, Metadata, Window};
 use crate::image::{Image, Layer, ViewTransform, png};
 use crate::io::clock::WallClock;
-use crate::render::{Moment, Onlooker};
+use crate::render::{Moment, Occasion, Onlooker};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
@@ -73,9 +73,13 @@ impl Preview {
 }
 
 impl Onlooker for Preview {
-    fn is_due(&mut self, ends: bool) -> bool {
+    fn is_due(&mut self, occasion: Occasion) -> bool {
         let busy = self.writer.as_ref().is_some_and(|writer| !writer.is_finished());
-        ends || (self.pace.is_due() && !busy)
+        match occasion {
+            Occasion::Between => self.pace.is_due() && !busy,
+            Occasion::Last => true,
+            Occasion::AtOnce => false,
+        }
     }
 
     fn look(&mut self, moment: &Moment) {

@@ -23,7 +23,7 @@ pub const BYTES_PER_PIXEL: u64 = 336;
 pub(crate) const BYTES_PER_LAYER: u64 = 96;
 
 /// Accumulates what tiles bring back. Memory is constant in the number of samples.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Film {
     width: u32,
     height: u32,
@@ -142,10 +142,36 @@ impl Film {
         }
     }
 
-    /// Ends an iteration: its samples are weighed into the picture once there are enough of them.
-    pub(crate) fn end_iteration(&mut self) {
+    /// Takes back what `add_samples_in` said of a tile, whose samples stay: they are to be counted with those of all others.
+    pub(crate) fn take_back_samples_in(&mut self, tile: &Tile, samples: u32, features: bool) {
+        for y in tile.y..tile.y + tile.height {
+            let first = (y * self.width + tile.x) as usize;
+            self.group.surplus.take_back(first..first + tile.width as usize, samples);
+        }
+        if features {
+            self.features.take_back_samples_in(tile, samples);
+        }
+    }
+
+    /// Counts for all pixels what all have.
+    pub(crate) fn level(&mut self) {
         self.group.samples += self.group.surplus.level();
         self.features.level();
+    }
+
+    /// Whether it is a film of this size with these layers.
+    pub(crate) fn fits(&self, width: u32, height: u32, layers: &[RadianceLayer]) -> bool {
+        let pixels = width as usize * height as usize;
+        let mut groups = [Some(&self.group), self.before.as_ref(), self.pending.as_ref()].into_iter().flatten();
+        (self.width, self.height, &self.layers[..]) == (width, height, layers)
+            && groups.all(|group| group.fits(pixels, layers.len()))
+            && self.picture.fits(pixels, layers.len())
+            && self.features.fits(width, pixels)
+    }
+
+    /// Ends an iteration: its samples are weighed into the picture once there are enough of them.
+    pub(crate) fn end_iteration(&mut self) {
+        self.level();
         if self.group.samples >= MIN_GROUP {
             self.close_group();
             self.before = None;

@@ -6,7 +6,7 @@ use super::tile::{Aovs, Tile, TileSamples};
 use rayon::prelude::*;
 
 /// Sums over samples, pixel by pixel.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct FeatureSums {
     width: u32,
     sums: Vec<Aovs>,
@@ -66,6 +66,20 @@ impl FeatureSums {
             let first = (y * self.width + tile.x) as usize;
             self.surplus.add(first..first + tile.width as usize, samples, self.sums.len());
         }
+    }
+
+    /// Takes back what the newest call of that said.
+    pub(super) fn take_back_samples_in(&mut self, tile: &Tile, samples: u32) {
+        for y in tile.y..tile.y + tile.height {
+            let first = (y * self.width + tile.x) as usize;
+            self.surplus.take_back(first..first + tile.width as usize, samples);
+        }
+    }
+
+    /// Whether there are so many pixels.
+    pub(super) fn fits(&self, width: u32, pixels: usize) -> bool {
+        let ids = self.ids.is_empty() || self.ids.len() == pixels;
+        self.width == width && self.sums.len() == pixels && self.surplus.fits(pixels) && ids
     }
 
     /// Counts for all what all have.

@@ -1,7 +1,7 @@
 //! Who looks at a render changes nothing of it, and sees what it would leave.
 
 use super::super::{GuideIo, Order, Settings, Stop, render, render_shown};
-use super::{Moment, Onlooker};
+use super::{Moment, Occasion, Onlooker};
 use crate::film::accumulate::Estimate;
 use crate::format;
 use crate::scene::Scene;
@@ -25,8 +25,8 @@ struct Curious {
 }
 
 impl Onlooker for Curious {
-    fn is_due(&mut self, ends: bool) -> bool {
-        self.ended += usize::from(ends);
+    fn is_due(&mut self, occasion: Occasion) -> bool {
+        self.ended += usize::from(occasion == Occasion::Last);
         true
     }
 

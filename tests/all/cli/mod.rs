@@ -14,6 +14,7 @@ mod pictures;
 mod previews;
 mod processors;
 mod render;
+mod resuming;
 mod stopping;
 mod transforms;
 mod views;
