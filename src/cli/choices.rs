@@ -11,7 +11,7 @@ use glam::Vec3;
 use std::num::NonZero;
 
 /// What of the machine is used.
-#[derive(Args)]
+#[derive(Args, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Machine {
     /// Threads, at most as many as there are processors; 0 takes all. What is rendered does not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -23,6 +23,11 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
+    /// The same, with the instruction set of another where none was chosen.
+    pub(crate) fn or_isa_of(&self, other: &Machine) -> Machine {
+        Machine { threads: self.threads, isa: self.isa.or(other.isa) }
+    }
+
     /// Starts the threads and settles what Embree uses. Returns the number of threads for Embree, 0 for all.
     pub(crate) fn start(&self, quiet: bool) -> Result<usize> {
         let processors = std::thread::available_parallelism().map_or(usize::MAX, NonZero::get);
@@ -37,7 +42,7 @@ impl Machine {
 }
 
 /// Which guide, which numbers, what of the machine.
-#[derive(Args)]
+#[derive(Args, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Choices {
     /// The guide: what learns where light comes from. [default: the scene file's, else auto]
     #[arg(long, value_name = "METHOD", value_parser = methods())]

@@ -4,6 +4,7 @@
 //! signal n (with what there was written).
 
 mod amounts;
+mod checkpointer;
 mod choices;
 mod convert;
 mod error;
@@ -19,10 +20,14 @@ mod lab;
 mod lab;
 mod layers;
 mod names;
+mod onlookers;
 mod output;
+mod pace;
+mod preview;
 mod progress;
 mod render;
 mod report;
+mod resume;
 mod signals;
 
 use crate::io::contain;
@@ -52,6 +57,8 @@ struct Arguments {
 enum Command {
     /// Render a scene (.toml, .json, .xml, .gltf, .glb, .pbrt) or a bare model (.obj, .ply).
     Render(render::RenderArguments),
+    /// Go on with a render from its checkpoint, to the end of its budget or beyond.
+    Resume(resume::ResumeArguments),
     /// Print what a scene consists of, as it is understood: triangles, materials, textures, lights, cameras.
     Info(info::InfoArguments),
     /// Write a scene of any form as a scene file (.toml) or for Mitsuba (.xml), with its meshes beside it.
@@ -73,6 +80,7 @@ pub fn run() -> ExitCode {
     contain::silence();
     let result = match Arguments::try_parse().unwrap_or_else(|error| leave(error)).command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Resume(arguments) => resume::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Image(arguments) => image::run(&arguments),

@@ -63,6 +63,10 @@ impl Outputs {
         Ok(Outputs { pictures, json: json.cloned(), guide: guide.cloned(), numbered })
     }
 
+    pub(crate) fn pictures(&self) -> &[PathBuf] {
+        &self.pictures
+    }
+
     /// Pictures and the guide.
     pub(crate) fn paths(&self) -> impl Iterator<Item = &PathBuf> {
         self.pictures.iter().chain(&self.guide)

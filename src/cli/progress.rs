@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 const STEPS: u64 = 1000;
 
 /// How progress is shown.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Show {
     /// A bar in a terminal, elsewhere a line each ten seconds
     #[default]

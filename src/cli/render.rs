@@ -1,8 +1,11 @@
 //! `phototaxis render`: from a scene file or a model to pictures and figures.
 
 use super::amounts;
+use super::checkpointer::{self, Checkpointer};
 use super::choices::Choices;
-use super::output::{Denoised, Outputs, beauty};
+use super::onlookers::Onlookers;
+use super::output::{Denoised, Outputs, beauty, check_pictures, check_writable};
+use super::preview::{self, Preview};
 use super::progress::{self, Bar, Show, Stage, say};
 use super::report::{Context, Report, total};
 use super::signals::Signals;
@@ -17,8 +20,10 @@ use crate::image::Rectangle;
 use crate::image::{Exposure, Image, Tone, ViewTransform};
 use crate::inspect::Layers;
 use crate::io::clock::WallClock;
+use crate::render::checkpoint::{CheckpointFile, Header};
 use crate::render::guide_file::{self, GuideFingerprint};
-use crate::render::{GuideIo, Rendering, Settings, Stop, render_until};
+use crate::render::{Checkpoint, GuideIo, Onlooker, Order, Progress, RenderSettings, Rendering, Settings, Stop};
+use crate::render::{render_shown, resume};
 use crate::scene::description::{CameraDescription, Projection};
 use crate::scene::{FoundCamera, Scene};
 use anyhow::{Result, anyhow, bail, ensure};
@@ -35,9 +40,10 @@ const EXAMPLES: &str = "Examples:
   phototaxis render scene.toml --size 1920x1080 --time 1m30s -o out/scene.exr -o out/scene.png
   phototaxis render scene.toml --guide none --scale 50% --json -
   phototaxis render scene.toml --spp 256 --guide-out scene.guide
+  phototaxis render scene.toml --time 8h -o scene.exr --checkpoint scene.checkpoint --preview scene.png
   phototaxis render scene.toml --spp 64 --guide-in scene.guide --set 'camera.origin=[0, 1, 4]'";
 
-#[derive(Args)]
+#[derive(Args, Clone, serde::Serialize, serde::Deserialize)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct RenderArguments {
     /// Scene (.toml, .json, .xml, .gltf, .glb) or model (.obj, .ply).
@@ -45,7 +51,7 @@ pub(crate) struct RenderArguments {
     /// Picture to write, .exr (linear, all layers) or .png (sRGB); may be repeated. [default: both, named like the
     /// scene, in the current folder]
     #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
+    pub(super) output: Vec<PathBuf>,
     /// Replaces the pictures of another scene that has the same name; without --output only.
     #[arg(long, conflicts_with = "output")]
     force: bool,
@@ -68,6 +74,17 @@ pub(crate) struct RenderArguments {
     /// Writes what was learnt, also when a signal stops the render; the last iteration then learns too.
     #[arg(long, value_name = "FILE")]
     guide_out: Option<PathBuf>,
+    /// Rewrites this picture, .png or .exr (colours, alpha, numbers of samples), again and again while it renders.
+    #[arg(long, value_name = "FILE")]
+    pub(super) preview: Option<PathBuf>,
+    /// Rewrites this file again and again, and when a signal stops the render, with all that it takes to go on:
+    /// phototaxis resume FILE.
+    #[arg(long, value_name = "FILE")]
+    pub(super) checkpoint: Option<PathBuf>,
+    /// Time between two previews and between two checkpoints; more where writing one takes more than a twentieth of it.
+    /// [default: 10s for previews, 5m for checkpoints]
+    #[arg(long, value_name = "SECONDS|1m30s", value_parser = amounts::seconds)]
+    pub(super) every: Option<f64>,
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
     #[arg(long)]
     guide_layers: bool,
@@ -80,7 +97,7 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "CURVE")]
     tone: Option<Tone>,
     #[command(flatten)]
-    choices: Choices,
+    pub(super) choices: Choices,
     /// Removes the noise by Intel Open Image Denoise, which must be installed: the PNG shows the result, the EXR has it as
     /// denoised.{R,G,B} beside the picture as it was rendered.
     #[arg(long)]
@@ -90,16 +107,61 @@ pub(crate) struct RenderArguments {
     strict: bool,
     /// How progress is shown on standard error.
     #[arg(long, value_name = "FORM", value_enum, default_value_t)]
-    progress: Show,
+    pub(super) progress: Show,
     /// Writes the figures as JSON; "-" is standard output.
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    pub(super) json: Option<PathBuf>,
     /// Prints errors only.
     #[arg(short, long)]
-    quiet: bool,
+    pub(super) quiet: bool,
+    /// How the scene was named, where its path is another by now.
+    #[arg(skip)]
+    name: Option<String>,
+    /// Samples per pixel and seconds, whatever the scene file and the other arguments say.
+    #[arg(skip)]
+    budget: Option<(u32, Option<f64>)>,
+}
+
+impl RenderArguments {
+    fn name(&self) -> String {
+        self.name.clone().unwrap_or_else(|| self.scene.display().to_string())
+    }
+
+    /// The same render, asked for from any folder, with the names and the budget that it has got.
+    fn settled(&self, outputs: &Outputs, render: &RenderSettings) -> Result<RenderArguments> {
+        let mut settled = RenderArguments {
+            output: outputs.pictures().to_vec(),
+            name: Some(self.name()),
+            budget: Some((render.spp, render.time)),
+            ..self.clone()
+        };
+        let optional = [&mut settled.guide_in, &mut settled.guide_out, &mut settled.preview, &mut settled.checkpoint];
+        let json = settled.json.iter_mut().filter(|path| path.as_os_str() != "-");
+        let all = optional.into_iter().flatten().chain(json).chain(&mut settled.output);
+        for path in all.chain([&mut settled.scene]) {
+            *path = std::path::absolute(&path)?;
+        }
+        Ok(settled)
+    }
+}
+
+/// What a render goes on from.
+pub(super) struct Resumption {
+    pub(super) file: CheckpointFile<RenderArguments>,
+    /// Samples per pixel of the whole render, and seconds from now on, where they are to be others.
+    pub(super) spp: Option<u32>,
+    pub(super) seconds: Option<f64>,
 }
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
+    if let Some(path) = arguments.checkpoint.as_ref().filter(|path| path.is_file()) {
+        bail!("{0}: there is a checkpoint already: go on by phototaxis resume {0}, or remove it", path.display());
+    }
+    render(arguments, None)
+}
+
+/// Renders, or goes on with a render that was asked for by the same arguments.
+pub(super) fn render(arguments: &RenderArguments, from: Option<Resumption>) -> Result<ExitCode> {
     let show = if arguments.quiet { Show::None } else { arguments.progress };
     progress::choose(show);
     let threads = arguments.choices.machine.start(arguments.quiet)?;
@@ -122,12 +184,14 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         outputs.note().iter().for_each(|note| say(note));
         scene.found_camera().iter().for_each(|found| say(&camera_note(found)));
     }
-    let keeping = GuideIo {
-        from: trained(arguments.guide_in.as_deref(), &scene, &description)?,
-        keep: arguments.guide_out.is_some(),
-    };
+    if let Some((spp, time)) = arguments.budget {
+        (description.render.spp, description.render.time) = (spp, time);
+    }
+    let start = start(arguments, from, &scene, &mut description)?;
     let signals = Signals::catch(arguments.quiet)?;
-    let rendering = watched_by(&bar, &scene, &description, keeping, signals.stop());
+    let mut onlookers = onlookers(arguments, &outputs, &scene, &description)?;
+    let rendering = watched_by(&bar, &scene, &description, start, signals.stop(), &mut onlookers);
+    let go_on = onlookers.finish();
     if !arguments.quiet {
         warn_of_non_finite(&rendering);
     }
@@ -142,7 +206,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     let film = &description.scene.film;
     let context = Context {
         scene: &scene,
-        name: arguments.scene.display().to_string(),
+        name: arguments.name(),
         seed: description.render.seed,
         interrupted: signals.came(),
         load_seconds: load_seconds - scene.build_seconds(),
@@ -156,6 +220,9 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         denoised,
     };
     let finite = conclude(&outputs, &context, &rendering, bar, arguments.quiet)?;
+    if !arguments.quiet {
+        go_on.iter().for_each(|path| say(&format!("wrote {0}: phototaxis resume {0} goes on", path.display())));
+    }
     failure.map_or(Ok(()), Err)?;
     Ok(if finite { signals.exit_code() } else { ExitCode::from(super::NOT_FINITE) })
 }
@@ -199,6 +266,26 @@ fn outputs(arguments: &RenderArguments) -> Result<Outputs> {
     Outputs::new(&arguments.output, json, guide, &arguments.scene, arguments.force)
 }
 
+/// What rewrites the picture so far and what it takes to go on, where that is asked for.
+fn onlookers(
+    arguments: &RenderArguments,
+    outputs: &Outputs,
+    scene: &Scene,
+    description: &SceneFile,
+) -> Result<Onlookers> {
+    let preview = arguments.preview.as_ref().map(|path| {
+        let every = arguments.every.unwrap_or(preview::EVERY);
+        Preview::new(path, every, &arguments.name(), scene, description).quietly(arguments.quiet)
+    });
+    let checkpointer = arguments.checkpoint.as_ref().map(|path| {
+        let every = arguments.every.unwrap_or(checkpointer::EVERY);
+        let request = arguments.settled(outputs, &description.render)?;
+        let header = Header::new(scene, &settings(description), request);
+        anyhow::Ok(Checkpointer::new(path, every, header, arguments.quiet))
+    });
+    Ok(Onlookers::new(preview, checkpointer.transpose()?))
+}
+
 /// How the picture is shown: the denoised one, where there is one.
 pub(super) fn view(film: &FilmSettings, rendering: &Rendering, denoised: Option<&Denoised>) -> ViewTransform {
     let shown = |image: &Image| ViewTransform::of(film.exposure, film.tone, image);
@@ -214,10 +301,13 @@ fn denoised(denoiser: &Denoiser, rendering: &Rendering, bar: &Bar) -> Result<Den
     Ok(Denoised { image, seconds: start.elapsed().as_secs_f64(), by: denoiser.version().to_string() })
 }
 
+/// Samples per pixel of a render that ends by time alone.
+const OPEN_ENDED: u32 = i32::MAX as u32;
+
 /// The flags that stand for keys of the scene file, then `--set`, which has the last word.
 fn overrides(arguments: &RenderArguments) -> Vec<String> {
     let open_ended = arguments.time.is_some() && arguments.spp.is_none();
-    let spp = arguments.spp.map(|n| n.to_string()).or(open_ended.then(|| i32::MAX.to_string()));
+    let spp = arguments.spp.or(open_ended.then_some(OPEN_ENDED));
     let budget = [spp.map(|n| format!("render.spp={n}")), arguments.time.map(|t| format!("render.time={t:?}"))];
     let layers = (!arguments.layers.is_empty()).then(|| format!("render.layers={:?}", arguments.layers));
     let strict = arguments.strict.then(|| "render.strict=true".to_string());
@@ -250,7 +340,13 @@ fn crop(film: &mut FilmSettings, part: &Rectangle) -> Result<()> {
 
 /// Refuses options that could do nothing.
 fn check_options(arguments: &RenderArguments, scene: &SceneFile, outputs: &Outputs) -> Result<()> {
-    let RenderArguments { guide_in, guide_out, guide_layers, .. } = arguments;
+    let RenderArguments { guide_in, guide_out, guide_layers, preview, checkpoint, .. } = arguments;
+    check_pictures(preview.as_slice())?;
+    checkpoint.as_deref().map_or(Ok(()), check_writable)?;
+    let blocks = scene.render.order == Order::Blocks;
+    ensure!(checkpoint.is_none() || !blocks, "--checkpoint needs render.order = \"progressive\"");
+    let rewrites = preview.is_some() || checkpoint.is_some();
+    ensure!(arguments.every.is_none() || rewrites, "--every needs --preview or --checkpoint");
     let given =
         [("--guide-in", guide_in.is_some()), ("--guide-out", guide_out.is_some()), ("--guide-layers", *guide_layers)];
     if let Some((option, _)) = given.iter().find(|(_, given)| *given)
@@ -261,8 +357,10 @@ fn check_options(arguments: &RenderArguments, scene: &SceneFile, outputs: &Outpu
     for (option, given) in [("--guide-layers", *guide_layers), ("--layers", !arguments.layers.is_empty())] {
         ensure!(!given || outputs.any("exr"), "{option} needs a picture in EXR");
     }
+    let shown =
+        outputs.any("png") || arguments.preview.as_ref().is_some_and(|p| p.extension().is_some_and(|e| e == "png"));
     for (option, given) in [("--exposure", arguments.exposure.is_some()), ("--tone", arguments.tone.is_some())] {
-        ensure!(!given || outputs.any("png"), "{option} needs a picture in PNG: an EXR stays linear and unexposed");
+        ensure!(!given || shown, "{option} needs a picture in PNG: an EXR stays linear and unexposed");
     }
     Ok(())
 }
@@ -284,21 +382,66 @@ pub(super) fn trained(
 
 /// Renders with a progress bar, until done or asked to stop.
 pub(super) fn watched(scene: &Scene, description: &SceneFile, keeping: GuideIo, quiet: bool, stop: &Stop) -> Rendering {
-    watched_by(&Bar::new(quiet), scene, description, keeping, stop)
+    watched_by(&Bar::new(quiet), scene, description, Start::New(keeping), stop, &mut ())
 }
 
 /// The same with a bar of the caller's.
-fn watched_by(bar: &Bar, scene: &Scene, description: &SceneFile, keeping: GuideIo, stop: &Stop) -> Rendering {
-    let settings = Settings {
+fn watched_by(
+    bar: &Bar,
+    scene: &Scene,
+    description: &SceneFile,
+    start: Start,
+    stop: &Stop,
+    onlooker: &mut dyn Onlooker,
+) -> Rendering {
+    let settings = settings(description);
+    bar.stage(Stage::Rendering);
+    let mut observer = |progress: &Progress| {
+        bar.update(progress);
+        true
+    };
+    match start {
+        Start::New(keeping) => render_shown(scene, &settings, keeping, &(), stop, (&mut observer, onlooker)),
+        Start::From(from, new_budget) => {
+            resume(scene, &settings, (*from, new_budget), &(), stop, (&mut observer, onlooker))
+        }
+    }
+}
+
+/// What a render begins with.
+enum Start {
+    New(GuideIo),
+    /// Where another one was, with its budget or another.
+    From(Box<Checkpoint>, bool),
+}
+
+/// What to begin with. Of a render that goes on, the budget is set.
+fn start(
+    arguments: &RenderArguments,
+    from: Option<Resumption>,
+    scene: &Scene,
+    description: &mut SceneFile,
+) -> Result<Start> {
+    let Some(Resumption { file, spp, seconds }) = from else {
+        let from = trained(arguments.guide_in.as_deref(), scene, description)?;
+        return Ok(Start::New(GuideIo { from, keep: arguments.guide_out.is_some() }));
+    };
+    let from = file.read(scene, &settings(description))?;
+    let (new_budget, render) = (spp.is_some() || seconds.is_some(), &mut description.render);
+    if new_budget {
+        (render.spp, render.time) = (spp.unwrap_or(OPEN_ENDED), seconds.map(|more| from.seconds() + more));
+    }
+    let (has, wanted) = (from.samples(), render.spp);
+    ensure!(wanted >= has, "--spp {wanted}: the render has {has} samples per pixel already");
+    Ok(Start::From(Box::new(from), new_budget))
+}
+
+fn settings(description: &SceneFile) -> Settings {
+    Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),
         render: description.render.clone(),
-    };
-    bar.stage(Stage::Rendering);
-    render_until(scene, &settings, keeping, stop, &mut |progress| {
-        bar.update(progress);
-        true
-    })
+    }
 }
 
 pub(super) fn warn(warnings: &[String]) {

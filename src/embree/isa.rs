@@ -11,7 +11,7 @@ pub const ISA_VARIABLE: &str = "PHOTOTAXIS_ISA";
 ///
 /// Pictures differ between instruction sets in their last bits, and so in their noise: Embree tests triangles in another
 /// order and with other roundings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Isa {
     Sse42,
     Avx,

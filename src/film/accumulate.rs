@@ -23,7 +23,7 @@ pub const BYTES_PER_PIXEL: u64 = 336;
 pub(crate) const BYTES_PER_LAYER: u64 = 96;
 
 /// Accumulates what tiles bring back. Memory is constant in the number of samples.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Film {
     width: u32,
     height: u32,
@@ -142,10 +142,36 @@ impl Film {
         }
     }
 
-    /// Ends an iteration: its samples are weighed into the picture once there are enough of them.
-    pub(crate) fn end_iteration(&mut self) {
+    /// Takes back what `add_samples_in` said of a tile, whose samples stay: they are to be counted with those of all others.
+    pub(crate) fn take_back_samples_in(&mut self, tile: &Tile, samples: u32, features: bool) {
+        for y in tile.y..tile.y + tile.height {
+            let first = (y * self.width + tile.x) as usize;
+            self.group.surplus.take_back(first..first + tile.width as usize, samples);
+        }
+        if features {
+            self.features.take_back_samples_in(tile, samples);
+        }
+    }
+
+    /// Counts for all pixels what all have.
+    pub(crate) fn level(&mut self) {
         self.group.samples += self.group.surplus.level();
         self.features.level();
+    }
+
+    /// Whether it is a film of this size with these layers.
+    pub(crate) fn fits(&self, width: u32, height: u32, layers: &[RadianceLayer]) -> bool {
+        let pixels = width as usize * height as usize;
+        let mut groups = [Some(&self.group), self.before.as_ref(), self.pending.as_ref()].into_iter().flatten();
+        (self.width, self.height, &self.layers[..]) == (width, height, layers)
+            && groups.all(|group| group.fits(pixels, layers.len()))
+            && self.picture.fits(pixels, layers.len())
+            && self.features.fits(width, pixels)
+    }
+
+    /// Ends an iteration: its samples are weighed into the picture once there are enough of them.
+    pub(crate) fn end_iteration(&mut self) {
+        self.level();
         if self.group.samples >= MIN_GROUP {
             self.close_group();
             self.before = None;
@@ -195,15 +221,33 @@ impl Film {
 
     /// The picture so far, without what the camera sees first.
     pub(crate) fn resolve(&self) -> Estimate {
-        let mut picture = self.picture.clone();
         // a rest too small to be weighed by its own variance joins only where there is nothing else
-        let alone = picture.samples == 0 && picture.surplus.is_empty() && self.pending.is_none();
+        let alone = self.picture.samples == 0 && self.picture.surplus.is_empty() && self.pending.is_none();
         let joins = self.group.samples >= MIN_GROUP || alone || self.combine != Combine::InverseVariance;
-        let newest = Some(&self.group).filter(|group| joins && !group.is_empty());
-        if let Some(newest) = newest {
-            self.weigh_in(&mut picture, self.pending.as_ref(), newest);
+        self.resolve_of(self.pending.as_ref(), Some(&self.group).filter(|group| joins && !group.is_empty()))
+    }
+
+    /// As [`Self::resolve`], with all samples: what rendering would leave if it ended now.
+    pub(crate) fn so_far(&self) -> Estimate {
+        let is_rest = self.group.samples < MIN_GROUP && !self.group.is_empty();
+        match &self.pending {
+            Some(before) if is_rest => self.resolve_of(Some(&before.clone().joined(&self.group)), None),
+            _ => self.resolve(),
         }
-        if let Some(last) = newest.or(self.pending.as_ref()).filter(|_| self.combine == Combine::InverseVariance) {
+    }
+
+    /// Share of the camera's rays that met something, pixel by pixel.
+    pub(crate) fn coverage(&self) -> Vec<f32> {
+        self.features.coverage()
+    }
+
+    /// The picture of the groups before `pending`, of that and of the newest.
+    fn resolve_of(&self, pending: Option<&IterationGroup>, newest: Option<&IterationGroup>) -> Estimate {
+        let mut picture = self.picture.clone();
+        if let Some(newest) = newest {
+            self.weigh_in(&mut picture, pending, newest);
+        }
+        if let Some(last) = newest.or(pending).filter(|_| self.combine == Combine::InverseVariance) {
             picture.weigh_in(self.width, last, last.weights(self.width as usize, last));
         }
         let Picture { samples, surplus, .. } = &picture;

@@ -6,7 +6,7 @@ use super::tile::{Aovs, Tile, TileSamples};
 use rayon::prelude::*;
 
 /// Sums over samples, pixel by pixel.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct FeatureSums {
     width: u32,
     sums: Vec<Aovs>,
@@ -68,9 +68,33 @@ impl FeatureSums {
         }
     }
 
+    /// Takes back what the newest call of that said.
+    pub(super) fn take_back_samples_in(&mut self, tile: &Tile, samples: u32) {
+        for y in tile.y..tile.y + tile.height {
+            let first = (y * self.width + tile.x) as usize;
+            self.surplus.take_back(first..first + tile.width as usize, samples);
+        }
+    }
+
+    /// Whether there are so many pixels.
+    pub(super) fn fits(&self, width: u32, pixels: usize) -> bool {
+        let ids = self.ids.is_empty() || self.ids.len() == pixels;
+        self.width == width && self.sums.len() == pixels && self.surplus.fits(pixels) && ids
+    }
+
     /// Counts for all what all have.
     pub(super) fn level(&mut self) {
         self.samples += self.surplus.level();
+    }
+
+    /// Share of the rays that met something, pixel by pixel.
+    pub(super) fn coverage(&self) -> Vec<f32> {
+        (0..self.sums.len()).map(|i| self.sums[i].met / self.count(i) as f32).collect()
+    }
+
+    /// Samples of a pixel; 1 of one that has none.
+    fn count(&self, i: usize) -> u32 {
+        (self.samples + self.surplus.of(i)).max(1)
     }
 
     /// The means.

@@ -22,7 +22,7 @@ const FLOOR: f64 = 0.1;
 const MOST_VARIANCE: f32 = f32::MAX / 4.0;
 
 /// Sums of samples, pixel by pixel.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct IterationGroup {
     /// In double precision: the mean of equal samples is that sample, to the last bit.
     pub(crate) sum: Vec<DVec3>,
@@ -48,6 +48,14 @@ impl IterationGroup {
             first: 0,
             halves: Halves::default(),
         }
+    }
+
+    /// Whether it is of so many pixels and layers.
+    pub(super) fn fits(&self, pixels: usize, layers: usize) -> bool {
+        let sums = [self.sum.len(), self.sum_squares.len()];
+        let all = sums.into_iter().chain(self.layers.iter().map(Vec::len));
+        let same = all.into_iter().all(|n| n == pixels) && self.layers.len() == layers;
+        same && self.surplus.fits(pixels) && self.halves.fits(pixels)
     }
 
     /// Samples of a pixel.

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// What a pixel had at some time.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Earlier {
     /// Σ of the luminance of its samples.
     light: f32,
@@ -22,13 +22,18 @@ struct Earlier {
 
 /// What pixels had when about half of their samples were there, newest first: that one may be nearly all there is, and then the
 /// one before is nearer to a half. Empty where nobody asks.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Halves(Vec<[Earlier; 2]>);
 
 impl Halves {
     /// Of so many pixels.
     pub(crate) fn new(pixels: usize) -> Halves {
         Halves(vec![[Earlier::default(); 2]; pixels])
+    }
+
+    /// Whether it can be of so many pixels.
+    pub(super) fn fits(&self, pixels: usize) -> bool {
+        self.0.is_empty() || self.0.len() == pixels
     }
 
     pub(crate) fn are_asked_for(&self) -> bool {

@@ -13,7 +13,7 @@ pub(crate) const NOTHING: Ids = [u32::MAX; KINDS];
 pub(crate) const RANKS: usize = 6;
 
 /// How many samples of a pixel met what. Of more than [`RANKS`], those that come last are dropped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct IdCounts {
     ids: [u32; RANKS],
     counts: [u16; RANKS],

@@ -6,7 +6,7 @@ use crate::math::Rgb;
 use rayon::prelude::*;
 
 /// Groups weighed together.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Picture {
     pub(super) mean: Vec<Rgb>,
     /// Of the means.
@@ -34,6 +34,12 @@ impl Picture {
             samples: 0,
             surplus: Surplus::default(),
         }
+    }
+
+    /// Whether it is of so many pixels and layers.
+    pub(super) fn fits(&self, pixels: usize, layers: usize) -> bool {
+        let all = [self.mean.len(), self.variance.len()].into_iter().chain(self.layers.iter().map(Vec::len));
+        all.into_iter().all(|n| n == pixels) && self.layers.len() == layers && self.surplus.fits(pixels)
     }
 
     pub(super) fn weigh_in(&mut self, width: u32, group: &IterationGroup, weights: [Option<f64>; 2]) {

@@ -2,7 +2,7 @@
 
 /// Which contributions a layer of the picture holds. Their sum over layers that share nothing and leave nothing out is the
 /// picture itself: they are of the same paths, weighed in the same way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum RadianceLayer {
     /// Emitters and surroundings, seen by the camera.
     Emission,

@@ -117,7 +117,7 @@ pub enum Filter {
 }
 
 /// What becomes of the iterations' pictures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Combine {
     /// Only the last counts (the paper).
     Last,

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// How many samples pixels have beyond those that all have. It takes memory only where pixels differ, as after a pass that
 /// was cut.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Surplus(Vec<u32>);
 
 impl Surplus {
@@ -26,6 +26,11 @@ impl Surplus {
         self.0[some].iter_mut().for_each(|n| *n += samples);
     }
 
+    /// Takes back what was added to some pixels.
+    pub(crate) fn take_back(&mut self, some: Range<usize>, samples: u32) {
+        self.0.get_mut(some).into_iter().flatten().for_each(|n| *n = n.saturating_sub(samples));
+    }
+
     /// Adds what pixels have there.
     pub(crate) fn add_all(&mut self, other: &Surplus) {
         self.0.resize(self.0.len().max(other.0.len()), 0);
@@ -40,6 +45,11 @@ impl Surplus {
             self.0 = Vec::new();
         }
         least
+    }
+
+    /// Whether it can be of so many pixels.
+    pub(super) fn fits(&self, pixels: usize) -> bool {
+        self.0.is_empty() || self.0.len() == pixels
     }
 
     /// On average over the pixels.

@@ -38,7 +38,7 @@ pub(crate) struct TileSamples {
 }
 
 /// What the first hit of a camera ray looks like; zero where it leaves the scene.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Aovs {
     pub(crate) albedo: Rgb,
     /// Shading normal in world space, facing the camera.

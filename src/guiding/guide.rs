@@ -3,6 +3,7 @@
 use super::bsdf_fraction::logit;
 use super::directional::{DirectionalModel, Model, SamplingOptions};
 use super::memory::usual_region_bytes;
+use super::persist::Stored;
 use super::recorder::Recorder;
 use super::schedule::Schedule;
 use super::settings::{GuidingMethod, GuidingSettings, Rate};
@@ -31,7 +32,9 @@ pub struct Guide<S: SpatialPartition = Partition, D: DirectionalModel = Model> {
     /// Camera paths of all iterations that ended.
     pub(super) learnt_paths: f64,
     /// By how much of that the iteration under way, or the next, adds to it; 1 unless it is said.
-    growth: f64,
+    pub(super) growth: f64,
+    /// What the snapshot was made of, where somebody asked for that and it may be something else than what is known.
+    pub(super) remembered: Option<Stored<'static, S, D>>,
 }
 
 impl Guide {
@@ -84,6 +87,7 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
             memory,
             learnt_paths: 0.0,
             growth: 1.0,
+            remembered: None,
         }
     }
 
@@ -145,12 +149,17 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
     /// What was learnt so far becomes the snapshot, in the middle of an iteration: the paper's on-line updates. Of the
     /// schedule that learns from whole iterations, it stays as it is.
     pub fn refresh(&mut self) {
-        if self.schedule.refreshes() {
+        if self.refreshes() {
             self.freeze();
         }
     }
 
+    pub(super) fn refreshes(&self) -> bool {
+        self.schedule.refreshes()
+    }
+
     pub(super) fn freeze(&mut self) {
+        self.remembered = None;
         self.snapshot.freeze(&self.partition, &self.store);
     }
 

@@ -25,6 +25,7 @@ mod schedule;
 pub mod settings;
 mod snapshot;
 pub mod spatial;
+mod state;
 mod store;
 mod update_job;
 
@@ -38,6 +39,7 @@ pub(crate) use persist::Stored;
 pub use recorder::{Recorder, Transition};
 pub(crate) use snapshot::{RegionInfo, Snapshot};
 pub use spatial::{RegionId, RegionLookup};
+pub(crate) use state::GuideState;
 pub(crate) use update_job::UpdateJob;
 
 /// The frozen guide of an iteration.

@@ -7,6 +7,7 @@ use super::region::Region;
 use super::spatial::RegionId;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
 
 /// Share of the memory up to which directions refine: the rest is for regions yet to be met.
 const REFINED_SHARE: f64 = 0.75;
@@ -32,6 +33,15 @@ pub struct RegionStore<D: DirectionalModel> {
     /// How much larger than the settings' the share of light is for which directions are cut, so that there is room for
     /// all.
     coarseness: f32,
+}
+
+/// How much regions take, and may take.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct StoreLimits {
+    memory: usize,
+    coarseness: f32,
+    /// By shard.
+    bytes: Vec<usize>,
 }
 
 impl<L> Shard<L> {
@@ -187,6 +197,30 @@ impl<D: DirectionalModel> RegionStore<D> {
     /// Puts back a region that is not there yet.
     pub fn restore(&mut self, region: Region<D::Learnt>) {
         self.shards[shard_of(region.key)].insert(&self.model, region);
+    }
+
+    /// What decides how much more regions may take.
+    pub fn limits(&self) -> StoreLimits {
+        let bytes = self.shards.iter().map(Shard::bytes).collect();
+        StoreLimits { memory: self.memory, coarseness: self.coarseness, bytes }
+    }
+
+    /// Goes on with the limits of another store that holds the same.
+    ///
+    /// # Errors
+    /// Where they are none.
+    pub fn set_limits(&mut self, StoreLimits { memory, coarseness, bytes }: StoreLimits) -> Result<(), String> {
+        if bytes.len() != self.shards.len() || !(coarseness >= 1.0 && coarseness.is_finite()) {
+            return Err("the limits of its memory are none".into());
+        }
+        (self.memory, self.coarseness) = (memory, coarseness);
+        self.shards.iter_mut().zip(bytes).for_each(|(shard, bytes)| shard.bytes = bytes);
+        Ok(())
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.shards.iter_mut().for_each(|shard| *shard = Shard::new());
     }
 
     /// Bytes that all regions may take.

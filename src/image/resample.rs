@@ -3,7 +3,7 @@
 use super::Layer;
 
 /// A rectangle of pixels, counted from the upper left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Rectangle {
     pub(crate) x: usize,
     pub(crate) y: usize,

@@ -5,7 +5,7 @@ use glam::{Mat3, Vec3, mat3, vec3};
 use std::str::FromStr;
 
 /// How light that is brighter than a screen becomes a colour of the screen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Tone {
     /// Clamps each channel to [0, 1].
     #[default]

@@ -8,7 +8,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// How much a picture is brightened.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Exposure {
     /// By what the picture shows: see [`automatic_stops`].
     Auto,

@@ -291,7 +291,7 @@ pub struct BatchResult {
 }
 
 /// Path statistics; they add up.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Counters {
     pub paths: u64,
     /// Segments of all paths.

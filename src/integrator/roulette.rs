@@ -10,7 +10,7 @@ pub(crate) const MAX_SURVIVAL: f32 = 0.95;
 const MIN_SURVIVAL: f32 = 0.2;
 
 /// What guided roulette weighs a path against, frozen for an iteration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct RouletteNormalisation {
     /// Per pixel, 1 over the luminance that is expected there.
     pub(crate) inverse_luminance: Vec<f32>,

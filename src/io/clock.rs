@@ -5,38 +5,56 @@
 //! of a millisecond or more.
 
 use rustix::time::{ClockId, clock_gettime};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::iter::Sum;
 use std::marker::PhantomData;
 use std::ops::{Add, AddAssign};
 use std::time::{Duration, Instant};
 
-/// Measures wall time: it goes on while threads sleep, wait, or have lost the processor to other programs.
+/// Measures wall time: it goes on while threads sleep, wait, or have lost the processor to other programs. In a file it is the
+/// time that has passed, and goes on from there when it is read.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct WallClock(Instant);
+pub(crate) struct WallClock {
+    start: Instant,
+    /// What had passed at the start.
+    before: Duration,
+}
 
 impl WallClock {
     pub(crate) fn start() -> WallClock {
-        WallClock(Instant::now())
+        WallClock::started(Duration::ZERO)
     }
 
     pub(crate) fn elapsed(self) -> Duration {
-        self.0.elapsed()
+        self.start.elapsed().saturating_add(self.before)
     }
 
-    /// The moment that is `seconds` after the start; `None` where no clock reaches it.
+    /// The moment that is `seconds` after the start, or now if that is past; `None` where no clock reaches it.
     pub(crate) fn moment(self, seconds: f64) -> Option<Instant> {
-        Duration::try_from_secs_f64(seconds).ok().and_then(|duration| self.0.checked_add(duration))
+        let duration = Duration::try_from_secs_f64(seconds).ok()?;
+        self.start.checked_add(duration.saturating_sub(self.before))
     }
 
-    /// A clock that was started so long ago.
-    #[cfg(test)]
+    /// A clock that has run for so long already.
     pub(crate) fn started(ago: Duration) -> WallClock {
-        WallClock(Instant::now() - ago)
+        WallClock { start: Instant::now(), before: ago }
+    }
+}
+
+impl Serialize for WallClock {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.elapsed().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for WallClock {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<WallClock, D::Error> {
+        Duration::deserialize(deserializer).map(WallClock::started)
     }
 }
 
 /// Processor time, user and system: the sum over the threads that it was measured for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 pub struct CpuTime(Duration);
 
 impl CpuTime {

@@ -1,9 +1,10 @@
 //! The driver: iterations × passes × rounds. It carries out what the policy plans, within the limits of the render.
 
-use super::limits::Limits;
+use super::limits::{Limits, PassEnd};
+use super::onlooker::{Moment, Occasion, Onlooker, in_watts};
 use super::policy::{GuidePolicy, Mode};
 use super::schedule::{Tiling, iteration_samples, round_paths, rounds};
-use super::state::{Record, RenderState};
+use super::state::{CutPass, IterationOrder, Record, RenderState};
 use super::tracer::{Target, Tracer};
 use super::{IterationReport, Observer, Progress, Rendering, Settings};
 use crate::film::accumulate::FEATURE_SAMPLES;
@@ -11,7 +12,6 @@ use crate::integrator::Task;
 use crate::integrator::probe::Watch;
 use crate::io::clock::WallClock;
 use crate::scene::Scene;
-use rayon::prelude::*;
 
 /// What is to be rendered; the same from the first iteration to the last.
 pub(super) struct Job<'a, W> {
@@ -20,6 +20,8 @@ pub(super) struct Job<'a, W> {
     pub watch: &'a W,
     /// The guide will be used again: the last iteration too is learnt from.
     pub keep_guide: bool,
+    /// The state may be asked for at any time.
+    pub keeps_state: bool,
 }
 
 /// Renders from a state: its own are only what no checkpoint needs.
@@ -29,99 +31,162 @@ pub(super) struct Driver<'a, W> {
     limits: Limits<'a>,
     tracer: Tracer,
     state: RenderState,
+    /// The iteration in whose middle the state is.
+    record: Option<Record>,
 }
 
 impl<'a, W: Watch> Driver<'a, W> {
-    pub fn new(job: Job<'a, W>, state: RenderState, limits: Limits<'a>) -> Driver<'a, W> {
+    pub fn new(job: Job<'a, W>, state: RenderState, mut limits: Limits<'a>) -> Driver<'a, W> {
         let tiling = Tiling::new(job.scene.camera.width, job.scene.camera.height);
-        Driver { job, tiling, limits, tracer: Tracer::default(), state }
+        limits.learns_all = job.keeps_state;
+        Driver { job, tiling, limits, tracer: Tracer::default(), state, record: None }
+    }
+
+    /// The same in the middle of an iteration. `new_budget`: it may have been planned for another budget.
+    pub fn in_the_middle(mut self, record: Record, new_budget: bool) -> Driver<'a, W> {
+        let record = self.record.insert(record);
+        if new_budget {
+            let before = self.state.samples().saturating_sub(record.report.samples);
+            record.reorder(before, self.job.settings.render.spp);
+        }
+        self
     }
 
     /// Iterations over the whole picture, to the end of the budget or of the observer's patience.
-    pub fn run(&mut self, observer: Observer) {
-        while self.iterate(observer) {}
+    pub fn run(&mut self, observer: Observer, onlooker: &mut dyn Onlooker) {
+        while self.iterate(observer, onlooker) {}
     }
 
-    /// One iteration, with one frozen guide unless updates are on-line; `false` where rendering is over.
-    pub fn iterate(&mut self, observer: Observer) -> bool {
-        let left = self.samples_left();
-        if left == 0 {
-            return false;
-        }
-        let samples = iteration_samples(self.state.plan.samples, left);
-        let (clock, last) = (WallClock::start(), samples == left);
-        // Without a draw from it, nothing need be learnt.
-        let learn = self.state.is_guided() && (!last || self.job.keep_guide || self.is_online());
-        let mut record = self.state.begin_iteration();
-        let go_on = self.passes(samples, last, learn, &mut record, observer);
+    /// One iteration, with one frozen guide unless updates are on-line, or the rest of one; `false` where rendering is over.
+    pub fn iterate(&mut self, observer: Observer, onlooker: &mut dyn Onlooker) -> bool {
+        let resumed = self.record.take();
+        let is_over = resumed.is_some() && self.limits.time_is_up();
+        let Some(mut record) = resumed.or_else(|| self.begin_iteration()) else { return false };
+        let go_on = !is_over && self.passes(&mut record, observer, onlooker);
         self.take_in(&mut record);
+        let IterationOrder { samples, last, learn } = record.order;
         if learn && (go_on || self.job.keep_guide) && !self.limits.stop.is_urgent() {
             // An iteration that was broken off says too little of where states are to be refined or dropped.
             let whole = go_on || record.report.samples >= samples / 2;
             self.state.end_learning(whole, &mut record.report);
         }
-        if go_on && (self.state.plan.mode == Mode::Pilot || (self.state.is_guided() && !last)) {
+        if go_on && (self.state.plan.mode == Mode::Pilot || (learn && !last)) {
             self.state.weigh(&record, self.job.settings);
         }
-        self.end_iteration(clock, record.report);
+        self.end_iteration(record);
         go_on
     }
 
-    /// Passes over the picture until each pixel has `samples` more, or the iteration is to end; `false` where rendering is
-    /// over. Under a time limit the `last` iteration ends with the time, not with an estimated count.
-    fn passes(&mut self, samples: u32, last: bool, learn: bool, record: &mut Record, observer: Observer) -> bool {
-        let (clock, render) = (WallClock::start(), &self.job.settings.render);
+    /// The record of the next iteration; `None` where nothing is left of the budget.
+    fn begin_iteration(&mut self) -> Option<Record> {
+        let left = self.samples_left();
+        let samples = iteration_samples(self.state.plan.samples, left);
+        let last = samples == left;
+        // Without a draw from it, nothing need be learnt.
+        let learn = self.state.is_guided() && (!last || self.job.keep_guide || self.is_online());
+        let order = IterationOrder { samples, last, learn };
+        (left > 0).then(|| self.state.begin_iteration(order, self.job.keeps_state, self.is_online()))
+    }
+
+    /// Passes over the picture until each pixel has as many samples more as were ordered, or the iteration is to end; `false`
+    /// where rendering is over. Under a time limit the last iteration ends with the time, not with an estimated count.
+    fn passes(&mut self, record: &mut Record, observer: Observer, onlooker: &mut dyn Onlooker) -> bool {
+        let (IterationOrder { samples, last, .. }, render) = (record.order, &self.job.settings.render);
         let open_ended = render.time.is_some() && last;
-        let target = if open_ended { render.spp - self.state.samples() } else { samples };
+        let before = self.state.samples() - record.report.samples;
+        let target = if open_ended { render.spp - before } else { samples };
         // a pilot is short, and what it finds is needed
         let may_be_cut = !last && self.state.plan.mode != Mode::Pilot;
         while record.report.samples < target {
             // at least two passes, so that the noise of their mean shows in the difference of two halves
             let pass = self.tiling.samples.min(target.div_ceil(2)).min(target - record.report.samples);
-            let whole = self.pass(pass, learn, record);
-            if !observer(&self.progress()) || !whole || self.limits.stop.is_asked() || self.limits.time_is_up() {
+            let whole = self.pass(pass, record);
+            let go_on =
+                observer(&self.progress()) && whole && !self.limits.stop.is_asked() && !self.limits.time_is_up();
+            self.show(record, onlooker, !go_on || (last && record.report.samples >= target));
+            if !go_on {
                 return false;
             }
-            if may_be_cut && self.limits.is_too_long(clock.elapsed()) {
+            if may_be_cut && self.limits.is_too_long(record.clock.elapsed()) {
                 break;
             }
         }
         true
     }
 
-    /// Adds `samples` to every pixel; `false` where it was cut, and some pixels had theirs and others had not.
-    fn pass(&mut self, samples: u32, learn: bool, record: &mut Record) -> bool {
-        let (clock, before) = (WallClock::start(), self.state.samples());
-        // no limit leaves pixels without any sample
-        let end = if before > 0 { self.limits.next_pass() } else { self.limits.uncut() };
-        let (tasks, features) = (self.tiling.pass(before, samples), before < FEATURE_SAMPLES);
-        let mut done = Vec::with_capacity(tasks.len());
-        record.begin_pass();
-        let length = round_paths(self.is_online());
-        let mut target = Target { job: &self.job, state: &mut self.state, record, end };
-        for round in rounds(&tasks, length) {
-            done.append(&mut self.tracer.round(&mut target, &round, learn));
+    /// Adds `samples` to every pixel, or the rest of a pass that was cut; `false` where it was cut, and some pixels had theirs
+    /// and others had not.
+    fn pass(&mut self, samples: u32, record: &mut Record) -> bool {
+        let (clock, resumed) = (WallClock::start(), record.cut.take());
+        let new = || CutPass { first: self.state.samples(), samples, done: 0, learns: false };
+        let CutPass { first, samples, done, .. } = resumed.unwrap_or_else(new);
+        let (tasks, features) = (self.tiling.pass(first, samples), first < FEATURE_SAMPLES);
+        if resumed.is_none() {
+            record.begin_pass();
         }
-        let (whole, film) = (done.len() == tasks.len(), &mut self.state.film);
-        match whole {
-            true => film.add_samples(samples, features),
-            false => done.iter().for_each(|task| film.add_samples_in(&task.tile, task.samples, features)),
+        // they are counted with all others
+        let counted = &tasks[..done.min(tasks.len())];
+        counted.iter().for_each(|task| self.state.film.take_back_samples_in(&task.tile, task.samples, features));
+        self.state.film.level();
+        record.cut = self.rounds(&tasks, resumed, record);
+        let film = &mut self.state.film;
+        match &record.cut {
+            None => film.add_samples(samples, features),
+            Some(cut) => {
+                let done = &tasks[..cut.done];
+                done.iter().for_each(|task| film.add_samples_in(&task.tile, task.samples, features));
+            }
         }
         record.count_samples(self.state.pixels);
         self.limits.newest_pass = clock.elapsed();
-        whole
+        record.cut.is_none()
+    }
+
+    /// Traces all tasks of a pass, or those that are left; what was done of it where it was cut.
+    fn rounds(&mut self, tasks: &[Task], resumed: Option<CutPass>, record: &mut Record) -> Option<CutPass> {
+        let Task { first_sample: first, samples, .. } = *tasks.first()?;
+        let (online, learn) = (self.is_online(), record.order.learn);
+        // no limit leaves pixels without any sample
+        let end = if first > 0 { self.limits.next_pass() } else { self.limits.uncut() };
+        let end = PassEnd { between_rounds: online, ..end };
+        let mut target = Target { job: &self.job, state: &mut self.state, record, end };
+        let (mut done, mut begin) = (resumed.map_or(0, |cut| cut.done), 0);
+        for round in rounds(tasks, round_paths(online)) {
+            let before = done.saturating_sub(begin).min(round.len());
+            begin += round.len();
+            if before == round.len() {
+                continue;
+            }
+            let same_round = resumed.filter(|_| before > 0);
+            if end.is_due() {
+                let learns = same_round.is_some_and(|cut| cut.learns);
+                return Some(CutPass { first, samples, done, learns });
+            }
+            let learns = same_round.map_or_else(|| self.tracer.learns(&mut target, learn), |cut| cut.learns);
+            let traced = self.tracer.round(&mut target, &round[before..], learns);
+            done += traced;
+            if traced < round.len() - before {
+                target.record.is_broken |= online && traced > 0;
+                return Some(CutPass { first, samples, done, learns });
+            }
+        }
+        None
     }
 
     /// A single iteration over all blocks, one block of the picture after the other, each with all of its samples. With on-line
     /// updates the guide of the last block knows all, that of the first nothing. The observer is asked between stretches of
     /// whole blocks; those that it does not want stay blank. A stop may also cut a stretch.
-    pub fn run_blocks(&mut self, observer: Observer) {
-        let (clock, online) = (WallClock::start(), self.is_online());
+    pub fn run_blocks(&mut self, observer: Observer, onlooker: &mut dyn Onlooker) {
+        let online = self.is_online();
         let (spp, length) = (self.job.settings.render.spp, round_paths(online));
-        let mut record = self.state.begin_iteration();
-        for stretch in self.tiling.blocks(spp, length) {
-            self.stretch(&stretch, length, &mut record);
-            if !observer(&self.progress()) || self.limits.stop.is_asked() {
+        let order = IterationOrder { samples: spp, last: true, learn: online };
+        let mut record = self.state.begin_iteration(order, self.job.keeps_state, online);
+        let stretches = self.tiling.blocks(spp, length);
+        for (k, stretch) in (1..).zip(&stretches) {
+            self.stretch(stretch, length, &mut record);
+            let go_on = observer(&self.progress()) && !self.limits.stop.is_asked();
+            self.show(&mut record, onlooker, !go_on || k == stretches.len());
+            if !go_on {
                 break;
             }
         }
@@ -129,7 +194,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         if online {
             self.state.learnt_paths = self.state.learnt_paths.max(record.report.counters.paths);
         }
-        self.end_iteration(clock, record.report);
+        self.end_iteration(record);
     }
 
     /// Whole blocks, in rounds of `length` paths.
@@ -141,7 +206,9 @@ impl<'a, W: Watch> Driver<'a, W> {
             if end.is_due() {
                 break;
             }
-            for task in self.tracer.round(&mut target, &round, learn) {
+            let learns = self.tracer.learns(&mut target, learn);
+            let traced = self.tracer.round(&mut target, &round, learns);
+            for task in &round[..traced] {
                 let features = task.first_sample < FEATURE_SAMPLES;
                 target.state.film.add_samples_in(&task.tile, task.samples, features);
             }
@@ -155,10 +222,25 @@ impl<'a, W: Watch> Driver<'a, W> {
         self.tracer.take_in(&mut Target { job: &self.job, state: &mut self.state, record, end });
     }
 
-    fn end_iteration(&mut self, clock: WallClock, mut report: IterationReport) {
+    /// Lets an onlooker look that wants to, once the picture holds all that was traced.
+    fn show(&mut self, record: &mut Record, onlooker: &mut dyn Onlooker, ends: bool) {
+        let occasion = match ends {
+            _ if self.limits.stop.is_urgent() => Occasion::AtOnce,
+            true => Occasion::Last,
+            false => Occasion::Between,
+        };
+        if onlooker.is_due(occasion) {
+            self.take_in(record);
+            record.report.wall_seconds = record.clock.elapsed().as_secs_f64();
+            let (spent, unit) = (self.limits.spent(), self.job.scene.light_unit());
+            onlooker.look(&Moment { state: &self.state, record, spent, unit, keeps_guide: self.job.keep_guide });
+        }
+    }
+
+    fn end_iteration(&mut self, record: Record) {
         self.state.plan_next();
-        report.wall_seconds = clock.elapsed().as_secs_f64();
-        self.state.iterations.push(report);
+        let wall_seconds = record.clock.elapsed().as_secs_f64();
+        self.state.iterations.push(IterationReport { wall_seconds, ..record.report });
     }
 
     /// The picture, and all that is to be said of the render.
@@ -167,14 +249,10 @@ impl<'a, W: Watch> Driver<'a, W> {
         if state.samples() < self.job.settings.render.spp {
             state.film.join_rest();
         }
-        let (wall_seconds, cpu) = (self.limits.elapsed(), self.limits.cpu.elapsed());
+        let (wall_seconds, cpu) = (self.limits.elapsed(), self.limits.spent().cpu);
         let (samples, unit) = (state.samples(), self.job.scene.light_unit());
-        let mut estimate = state.film.finish();
-        estimate.mean.par_iter_mut().for_each(|mean| *mean = unit.radiance(*mean));
-        estimate.layers.par_iter_mut().flat_map(|(_, means)| means).for_each(|mean| *mean = unit.radiance(*mean));
-        estimate.variance.par_iter_mut().for_each(|variance| *variance = unit.squared_radiance(*variance));
         Rendering {
-            estimate,
+            estimate: in_watts(state.film.finish(), unit),
             samples,
             wall_seconds,
             cpu,

@@ -2,7 +2,8 @@
 
 use super::schedule::iteration_seconds;
 use crate::integrator::Stop;
-use crate::io::clock::{CpuClock, WallClock};
+use crate::io::clock::{CpuClock, CpuTime, WallClock};
+use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
 /// Share of a time limit by which a pass may go beyond it. A pass that is longer is cut at the limit itself.
@@ -14,6 +15,11 @@ pub(super) struct PassEnd<'a> {
     pub stop: &'a Stop,
     /// When the pass under way is cut, if ever.
     pub deadline: Option<Instant>,
+    /// Whether what was traced is to be learnt in any case, since the render is to go on later.
+    pub learns_all: bool,
+    /// Whether it comes between two rounds, unless it is urgent: a guide that learns from round to round can go on later
+    /// only from there.
+    pub between_rounds: bool,
 }
 
 impl PassEnd<'_> {
@@ -22,17 +28,33 @@ impl PassEnd<'_> {
         self.stop.is_due() || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// Whether the tasks under way are to be given up.
-    pub fn is_urgent(&self) -> bool {
-        self.stop.is_urgent()
+    /// The same in the middle of a round.
+    pub fn cuts_round(&self) -> bool {
+        if self.between_rounds { self.stop.is_urgent() } else { self.is_due() }
     }
+
+    /// Whether nothing more is to be learnt.
+    pub fn ends_learning(&self) -> bool {
+        self.stop.is_urgent() && !self.learns_all
+    }
+}
+
+/// Time that a render has taken, which goes on from there.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct Spent {
+    pub wall: WallClock,
+    pub cpu: CpuTime,
 }
 
 /// What ends a render.
 pub(super) struct Limits<'a> {
     /// Started with the render, both.
     pub clock: WallClock,
-    pub cpu: CpuClock,
+    cpu: CpuClock,
+    /// Processor time before that, of a render that goes on.
+    cpu_before: CpuTime,
+    /// As in [`PassEnd`].
+    pub learns_all: bool,
     /// Seconds of wall time that the render may take.
     pub seconds: Option<f64>,
     pub stop: &'a Stop,
@@ -43,7 +65,25 @@ pub(super) struct Limits<'a> {
 impl<'a> Limits<'a> {
     /// Of a render that begins now, and may take so many `seconds` of wall time.
     pub fn from_now(seconds: Option<f64>, stop: &'a Stop) -> Limits<'a> {
-        Limits { clock: WallClock::start(), cpu: CpuClock::process(), seconds, stop, newest_pass: Duration::ZERO }
+        Limits {
+            clock: WallClock::start(),
+            cpu: CpuClock::process(),
+            cpu_before: CpuTime::default(),
+            learns_all: false,
+            seconds,
+            stop,
+            newest_pass: Duration::ZERO,
+        }
+    }
+
+    /// The same of a render that goes on and has taken `spent` already.
+    pub fn after(self, spent: Spent) -> Limits<'a> {
+        Limits { clock: spent.wall, cpu_before: spent.cpu, ..self }
+    }
+
+    /// What the render has taken.
+    pub fn spent(&self) -> Spent {
+        Spent { wall: self.clock, cpu: self.cpu_before + self.cpu.elapsed() }
     }
 
     /// Seconds of wall time since the render began.
@@ -72,7 +112,7 @@ impl<'a> Limits<'a> {
 
     /// The end of a pass that may be cut by a wish to stop alone.
     pub fn uncut(&self) -> PassEnd<'a> {
-        PassEnd { stop: self.stop, deadline: None }
+        PassEnd { stop: self.stop, deadline: None, learns_all: self.learns_all, between_rounds: false }
     }
 
     /// The end of a pass that takes as long as the last.

@@ -1,10 +1,12 @@
 //! Rendering: a scene and settings in, a picture, its guide and an account of each iteration out.
 
+pub(crate) mod checkpoint;
 mod driver;
 mod foresight;
 pub mod guide_file;
 mod limits;
 mod noise;
+mod onlooker;
 mod policy;
 mod roulette;
 mod schedule;
@@ -13,6 +15,8 @@ mod state;
 mod tracer;
 mod workers;
 
+pub use checkpoint::Checkpoint;
+pub use onlooker::{Moment, Occasion, Onlooker};
 pub(crate) use policy::{Trial, Verdict};
 pub use settings::{Order, RenderSettings};
 
@@ -40,7 +44,7 @@ pub struct Settings {
 }
 
 /// What one iteration did.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct IterationReport {
     /// Samples per pixel; on average, rounded down, where a pass was cut.
     pub samples: u32,
@@ -151,13 +155,43 @@ pub fn render_watched<W: Watch>(
     stop: &Stop,
     observer: Observer,
 ) -> Rendering {
-    let limits = Limits::from_now(settings.render.time, stop);
-    let job = Job { scene, settings, watch, keep_guide: keeping.keep };
+    render_shown(scene, settings, keeping, watch, stop, (observer, &mut ()))
+}
+
+/// As [`render_watched`], with somebody who looks at it between passes.
+pub fn render_shown<W: Watch>(
+    scene: &Scene,
+    settings: &Settings,
+    keeping: GuideIo,
+    watch: &W,
+    stop: &Stop,
+    (observer, onlooker): (Observer, &mut dyn Onlooker),
+) -> Rendering {
+    let (limits, keeps_state) = (Limits::from_now(settings.render.time, stop), onlooker.keeps_state());
+    let job = Job { scene, settings, watch, keep_guide: keeping.keep, keeps_state };
     let mut driver = Driver::new(job, RenderState::new(scene, settings, keeping), limits);
     match settings.render.order {
-        Order::Progressive => driver.run(observer),
-        Order::Blocks => driver.run_blocks(observer),
+        Order::Progressive => driver.run(observer, onlooker),
+        Order::Blocks => driver.run_blocks(observer, onlooker),
     }
+    driver.finish()
+}
+
+/// Goes on with a render: within the budget of `settings`, in which the time counts from the render's first beginning. With the
+/// budget that it had, it ends with the picture that it would have ended with; `new_budget`, with another.
+pub fn resume<W: Watch>(
+    scene: &Scene,
+    settings: &Settings,
+    (from, new_budget): (Checkpoint, bool),
+    watch: &W,
+    stop: &Stop,
+    (observer, onlooker): (Observer, &mut dyn Onlooker),
+) -> Rendering {
+    let Checkpoint { state, record, spent, keeps_guide } = from;
+    let limits = Limits::from_now(settings.render.time, stop).after(spent);
+    let job = Job { scene, settings, watch, keep_guide: keeps_guide, keeps_state: onlooker.keeps_state() };
+    let mut driver = Driver::new(job, state, limits).in_the_middle(record, new_budget);
+    driver.run(observer, onlooker);
     driver.finish()
 }
 

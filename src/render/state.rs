@@ -11,15 +11,18 @@ use crate::film::{Combine, RadianceLayer};
 use crate::guiding::Guide;
 use crate::guiding::settings::{GuidingSettings, Updates};
 use crate::integrator::{Counters, Roulette, RouletteNormalisation, SamplerKind};
+use crate::io::clock::WallClock;
 use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
 
 /// All that a render takes from one iteration to the next: with the scene, the settings and this it goes on, in another
-/// process too, and ends with the same picture. It holds no clocks, threads or buffers.
-///
-/// The wall time that a render has taken so far is the sum over `iterations`.
+/// process too, and ends with the same picture. In the middle of an iteration the [`Record`] belongs to it. It holds no clocks,
+/// threads or buffers.
+#[derive(Serialize, Deserialize)]
 pub(super) struct RenderState {
     pub film: Film,
     /// With the snapshot that the next iteration draws from. `None` where none is ever used.
+    #[serde(skip)]
     pub guide: Option<Guide>,
     pub policy: Policy,
     /// The next iteration, or the one under way.
@@ -47,14 +50,59 @@ pub(super) struct RenderState {
     pub iterations: Vec<IterationReport>,
 }
 
-/// An iteration under way.
+/// An iteration under way. With it, a state goes on from the middle of an iteration too.
+#[derive(Serialize, Deserialize)]
 pub(super) struct Record {
     pub report: IterationReport,
     /// What its passes did, one by one, where that is asked for.
     passes: Option<Vec<Counters>>,
+    pub order: IterationOrder,
+    /// Of the iteration.
+    pub clock: WallClock,
+    /// The pass that was cut, where rendering ended in the middle of one.
+    pub cut: Option<CutPass>,
+    /// No state of this iteration can go on to the same bits any more: a round was cut after which the guide would have changed.
+    #[serde(skip)]
+    pub is_broken: bool,
+}
+
+/// What was decided of an iteration when it began.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct IterationOrder {
+    /// Samples per pixel.
+    pub samples: u32,
+    /// They are all that is left of the budget.
+    pub last: bool,
+    /// It is learnt from.
+    pub learn: bool,
+}
+
+/// The first tasks of a pass are done, and the others are not.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct CutPass {
+    /// Number of its first sample, and how many of each pixel it takes.
+    pub first: u32,
+    pub samples: u32,
+    /// How many tasks are done.
+    pub done: usize,
+    /// Whether the round is learnt from in which it was cut.
+    pub learns: bool,
 }
 
 impl Record {
+    /// Of an iteration that begins now.
+    fn new(order: IterationOrder, report: IterationReport, passes: Option<Vec<Counters>>) -> Record {
+        Record { report, passes, order, clock: WallClock::start(), cut: None, is_broken: false }
+    }
+
+    /// What another budget than the one that it was made for leaves of its order: `before` is the number of samples before
+    /// it, `spp` of all that there may be.
+    pub fn reorder(&mut self, before: u32, spp: u32) {
+        let left = spp.saturating_sub(before);
+        self.order.samples = self.order.samples.min(left).max(self.report.samples);
+        self.order.last = self.order.samples >= left;
+    }
+
     pub fn begin_pass(&mut self) {
         self.passes.iter_mut().for_each(|passes| passes.push(Counters::default()));
     }
@@ -118,6 +166,18 @@ impl RenderState {
         (self.paths / self.pixels) as u32
     }
 
+    /// Whether it can be one of a render of this scene.
+    pub fn fits(&self, scene: &Scene, settings: &Settings) -> bool {
+        let (width, height) = (scene.camera.width, scene.camera.height);
+        let pixels = width as usize * height as usize;
+        let layers = settings.render.radiance_layers(scene.light_groups().names().len());
+        let whole = |n: usize| n == pixels;
+        self.film.fits(width, height, &layers)
+            && (self.width, self.pixels, &self.layers) == (width, pixels as u64, &layers)
+            && self.roulette.as_ref().is_none_or(|roulette| whole(roulette.inverse_luminance.len()))
+            && (self.bounced.is_empty() || whole(self.bounced.len()))
+    }
+
     /// Whether the iteration draws from the guide, and learns.
     pub fn is_guided(&self) -> bool {
         self.guide.is_some() && self.plan.mode == Mode::Guided
@@ -128,8 +188,8 @@ impl RenderState {
         self.guide.is_some() && settings.guiding.updates == Updates::Online
     }
 
-    /// The record of the iteration that begins now.
-    pub fn begin_iteration(&mut self) -> Record {
+    /// The record of the iteration that begins now. If `remembers`, the state can be kept at any time.
+    pub fn begin_iteration(&mut self, order: IterationOrder, remembers: bool, online: bool) -> Record {
         let pilot = self.plan.mode == Mode::Pilot;
         if !pilot {
             self.bounced = Vec::new();
@@ -139,9 +199,12 @@ impl RenderState {
         let usable_states = self.guide.as_ref().map_or(0, |g| g.field().len());
         if let Some(guide) = &mut self.guide {
             guide.begin_iteration(self.pixels * u64::from(self.plan.samples));
+            if remembers && order.learn {
+                guide.remember(online);
+            }
         }
         let report = IterationReport { usable_states, ..IterationReport::default() };
-        Record { report, passes: pilot.then(Vec::new) }
+        Record::new(order, report, pilot.then(Vec::new))
     }
 
     /// Adds what light that bounced has brought to a tile.
@@ -162,7 +225,7 @@ impl RenderState {
     }
 
     /// What the noise of a finished iteration says of roulette and of the guide.
-    pub fn weigh(&mut self, Record { report, passes }: &Record, settings: &Settings) {
+    pub fn weigh(&mut self, Record { report, passes, .. }: &Record, settings: &Settings) {
         self.learnt_samples += if self.is_guided() { report.samples } else { 0 };
         let noise = if self.plan.mode == Mode::Pilot { Noise::of_samples } else { Noise::of }(&self.film);
         if settings.integrator.roulette == Roulette::Guided

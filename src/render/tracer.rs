@@ -32,19 +32,23 @@ pub(super) struct Target<'r, 'a, W> {
 }
 
 impl Tracer {
-    /// Traces the tasks of a round, and returns those that were traced, which are all unless rendering is to end. What
+    /// Whether a round that begins now is learnt from, in an iteration that is to be learnt from if `learn`.
+    pub fn learns<W: Watch>(&mut self, target: &mut Target<W>, learn: bool) -> bool {
+        learn && (target.state.is_online(target.job.settings) || self.can_learn_more(target))
+    }
+
+    /// Traces the tasks of a round, and returns how many were: all unless rendering is to end, else the first of them. What
     /// they bring is taken in with the next tasks, or by [`Self::take_in`].
-    pub fn round<W: Watch>(&mut self, target: &mut Target<W>, round: &[Task], learn: bool) -> Vec<Task> {
+    pub fn round<W: Watch>(&mut self, target: &mut Target<W>, round: &[Task], learn: bool) -> usize {
         let online = target.state.is_online(target.job.settings);
-        let learn = learn && (online || self.can_learn_more(target));
         let most = if learn { LEARNING_PATHS * rayon::current_num_threads() } else { usize::MAX };
-        let mut done = Vec::with_capacity(round.len());
+        let mut done = 0;
         for part in rounds(round, most) {
-            if target.end.is_due() {
+            if target.end.cuts_round() {
                 break;
             }
             self.trace(target, &part, learn);
-            done.extend(&self.pending.tasks);
+            done += self.pending.tasks.len();
         }
         if online {
             self.take_in(target);
@@ -81,14 +85,14 @@ impl Tracer {
         !enough(target.state)
     }
 
-    /// All threads trace tasks, and take in what the last brought; returns the tasks that were traced, in their order, and
-    /// what they brought.
+    /// All threads trace tasks, and take in what the last brought; returns the first of the tasks, all that were traced
+    /// before one that was not, and what they brought: so a render that goes on later knows which are left.
     fn work<W: Watch>(&mut self, target: &mut Target<W>, tasks: &[Task], learn: bool) -> Vec<(Task, BatchResult)> {
         let pending = std::mem::take(&mut self.pending);
         let Target { job, state, record, end } = target;
         let (guided, recorders) = (state.is_guided(), pending.recorders());
         let (field, lessons) = match state.guide.as_mut() {
-            Some(guide) if !recorders.is_empty() && !end.is_urgent() => {
+            Some(guide) if !recorders.is_empty() && !end.ends_learning() => {
                 let (field, lessons) = record.report.add_learning(|| guide.update_jobs(&recorders));
                 (Some(field), lessons)
             }
@@ -121,7 +125,8 @@ impl Tracer {
         record.report.add_shares(&shares);
         let most = tasks.len().max(pending.tasks.len());
         self.pool.keep(pending.emptied(), most);
-        in_order(shares).map(|(k, result)| (tasks[k], result)).collect()
+        let first = in_order(shares).enumerate().take_while(|(place, (k, _))| place == k);
+        first.map(|(_, (k, result))| (tasks[k], result)).collect()
     }
 }
 

@@ -78,7 +78,7 @@ impl<W: Watch> WorkQueue<'_, W> {
         let film = self.add_to_film();
         let mut results = Vec::new();
         let mut batch = pop(&self.pool.batches);
-        while !self.end.is_due()
+        while !self.end.cuts_round()
             && let Some((k, task)) = self.tasks.next()
         {
             results.extend(self.trace(task, &mut batch).map(|result| (k, result)));
@@ -101,7 +101,7 @@ impl<W: Watch> WorkQueue<'_, W> {
     fn learn(&self) -> (Duration, CpuTime) {
         let (wall, cpu) = (WallClock::start(), CpuClock::thread());
         let mut learnt = false;
-        while !self.end.is_urgent()
+        while !self.end.ends_learning()
             && let Some(lesson) = self.lessons.next()
         {
             lesson.learn();

@@ -38,7 +38,7 @@ pub(super) const WORLD: Frame = Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z };
 /// What is the same for all regions: how directions are told apart, and how fine.
 pub trait DirectionalModel: Clone + Send + Sync {
     /// What the learner keeps of a region.
-    type Learnt: Clone + Debug + PartialEq + Send + Sync + Serialize + DeserializeOwned;
+    type Learnt: Clone + Debug + PartialEq + Send + Sync + Serialize + DeserializeOwned + 'static;
     /// Where the directions of a packet of transitions lie.
     type Located;
     /// What sampling reads of a region.

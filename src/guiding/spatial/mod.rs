@@ -10,6 +10,8 @@ mod partition;
 mod two_level;
 pub mod voronoi;
 
+pub(crate) use voronoi::Gathered;
+
 pub(crate) use grid::Grid;
 pub(crate) use kd_tree::KdTree;
 #[cfg(test)]
@@ -50,7 +52,7 @@ impl RegionLookup {
 /// one decision divides, and holds one region or several (one for each normal's bin, for example).
 pub trait SpatialPartition: Clone + Send + Sync {
     /// What of it outlives a render.
-    type Stored: Serialize + DeserializeOwned;
+    type Stored: Clone + Serialize + DeserializeOwned;
 
     /// The regions of the point `p` (world space) with unit normal `n` on the side of the path. `jitter`, in [0, 1)³,
     /// blends neighbouring regions: it moves the point by up to half a region's extent, so that no query costs more than
@@ -141,6 +143,14 @@ pub trait SpatialPartition: Clone + Send + Sync {
     }
 
     fn stored(&self) -> Self::Stored;
+
+    /// What [`Self::observe`] has gathered and [`Self::settle`] has not used yet.
+    fn gathered(&self) -> Option<Gathered> {
+        None
+    }
+
+    /// Goes on with what another partition of the same settings has gathered.
+    fn restore_gathered(&mut self, _gathered: Gathered) {}
 
     /// Takes over what a partition of the same settings has stored, where this one is new.
     ///

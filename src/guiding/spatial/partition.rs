@@ -1,7 +1,7 @@
 //! The list of spatial partitions. A new one is a file of its own, a line here, and a name in the settings.
 
 use super::voronoi::SurfaceVoronoi;
-use super::{Grid, KdTree, RegionId, RegionLookup, SpatialPartition, TwoLevelGrid};
+use super::{Gathered, Grid, KdTree, RegionId, RegionLookup, SpatialPartition, TwoLevelGrid};
 use crate::guiding::settings::{GuidingMethod, GuidingSettings};
 use crate::simd::{LANES, Mask, Vec3Lanes};
 use glam::Vec3;
@@ -20,7 +20,7 @@ macro_rules! partitions {
         }
 
         /// What a partition stores. Variants are told apart by their order: new ones come last.
-        #[derive(Serialize, Deserialize)]
+        #[derive(Clone, Serialize, Deserialize)]
         pub enum StoredPartition {
             $($name(<$type as SpatialPartition>::Stored)),*
         }
@@ -117,6 +117,14 @@ macro_rules! partitions {
                 match self {
                     $(Partition::$name(it) => StoredPartition::$name(it.stored())),*
                 }
+            }
+
+            fn gathered(&self) -> Option<Gathered> {
+                each!(self, it => it.gathered())
+            }
+
+            fn restore_gathered(&mut self, gathered: Gathered) {
+                each!(self, it => it.restore_gathered(gathered))
             }
 
             fn restore(&mut self, stored: StoredPartition, memory: usize) -> Result<(), String> {

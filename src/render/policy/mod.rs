@@ -20,7 +20,7 @@ use auto::Auto;
 const FIRST_WITH_A_GUIDE: u32 = 2;
 
 /// How the samples of an iteration are taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(super) enum Mode {
     /// Directions come from BSDFs and lights alone, and nothing is learnt.
     Unguided,
@@ -31,7 +31,7 @@ pub(super) enum Mode {
 }
 
 /// What the next iteration is to be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Plan {
     pub mode: Mode,
     /// Samples per pixel. The driver takes others where the budget ends.
@@ -99,7 +99,7 @@ pub(super) trait GuidePolicy {
 }
 
 /// The guide is always used.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Always {
     /// Samples per pixel of the first iteration.
     pub first: u32,
@@ -112,7 +112,7 @@ impl GuidePolicy for Always {
 }
 
 /// There is no guide.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Never;
 
 impl GuidePolicy for Never {
@@ -122,7 +122,7 @@ impl GuidePolicy for Never {
 }
 
 /// One of the policies, with what it knows.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) enum Policy {
     Always(Always),
     Never(Never),

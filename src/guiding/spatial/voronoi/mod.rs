@@ -18,6 +18,7 @@ mod sites;
 mod tests;
 
 pub(crate) use partition::SurfaceVoronoi;
+pub(crate) use placement::Gathered;
 pub use sites::{Facet, sites_by_area, sites_from_visits};
 
 use crate::math::Frame;

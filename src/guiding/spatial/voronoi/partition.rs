@@ -1,6 +1,6 @@
 //! Surface Voronoi cells as a partition: until there are sites, path vertices are gathered to place them by.
 
-use super::placement::{SitePlacement, by_area, sites_within};
+use super::placement::{Gathered, SitePlacement, by_area, sites_within};
 use super::{Site, Voronoi};
 use crate::guiding::settings::{GuidingSettings, Placement};
 use crate::guiding::spatial::{RegionId, RegionLookup, SpatialPartition};
@@ -92,6 +92,14 @@ impl SpatialPartition for SurfaceVoronoi {
 
     fn stored(&self) -> Vec<Site> {
         self.cells.iter().flat_map(|cells| cells.sites()).collect()
+    }
+
+    fn gathered(&self) -> Option<Gathered> {
+        self.placing.as_ref().map(|placing| placing.gathered.clone())
+    }
+
+    fn restore_gathered(&mut self, gathered: Gathered) {
+        self.placing.iter_mut().for_each(|placing| placing.gathered = gathered.clone());
     }
 
     fn restore(&mut self, sites: Vec<Site>, memory: usize) -> Result<(), String> {

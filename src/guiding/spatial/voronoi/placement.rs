@@ -3,6 +3,8 @@
 use super::{Facet, Voronoi, sites_by_area, sites_from_visits};
 use crate::guiding::settings::GuidingSettings;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
+use std::num::NonZero;
 use std::sync::Arc;
 
 /// Share of the memory that sites and their tables may take, were all of the usual size: states come to shards unevenly.
@@ -21,12 +23,22 @@ const SEEDS: [u64; 2] = [1, 2];
 #[derive(Clone, Debug)]
 pub struct SitePlacement {
     sites: usize,
-    points: Vec<(Vec3, Vec3)>,
     /// Points kept at most.
     room: usize,
+    pub(super) gathered: Gathered,
+}
+
+/// Some of the vertices that were seen.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Gathered {
+    points: Vec<(Vec3, Vec3)>,
     /// One of `stride` vertices is kept.
-    stride: usize,
+    stride: NonZero<usize>,
     seen: usize,
+}
+
+impl Gathered {
+    const NOTHING: Gathered = Gathered { points: Vec::new(), stride: NonZero::<usize>::MIN, seen: 0 };
 }
 
 impl SitePlacement {
@@ -36,31 +48,33 @@ impl SitePlacement {
         let room = (memory / (2 * size_of::<(Vec3, Vec3)>() as u64)) as usize;
         // an even number, so that the next point is kept after every second went
         let room = room.clamp(2, MAX_POINTS) & !1;
-        SitePlacement { sites, points: Vec::new(), room, stride: 1, seen: 0 }
+        SitePlacement { sites, room, gathered: Gathered::NOTHING }
     }
 
     /// Gathers points. Where they become too many, every second goes, and of those to come.
-    pub fn visit(&mut self, points: &[(Vec3, Vec3)]) {
-        for point in points {
-            if self.seen.is_multiple_of(self.stride) {
-                if self.points.len() == self.room {
-                    self.points = self.points.iter().step_by(2).copied().collect();
-                    self.stride *= 2;
+    pub fn visit(&mut self, new: &[(Vec3, Vec3)]) {
+        let Gathered { points, stride, seen } = &mut self.gathered;
+        for point in new {
+            if seen.is_multiple_of(stride.get()) {
+                if points.len() == self.room {
+                    *points = points.iter().step_by(2).copied().collect();
+                    *stride = stride.saturating_add(stride.get());
                 }
-                self.points.push(*point);
+                points.push(*point);
             }
-            self.seen += 1;
+            *seen += 1;
         }
     }
 
     /// The sites by what was gathered; `None` where there was nothing.
     pub fn sites(&self) -> Option<Arc<Voronoi>> {
-        let n = self.sites.min(self.points.len().div_ceil(POINTS_PER_SITE));
-        Voronoi::new(sites_from_visits(&self.points, n), &self.points).map(Arc::new)
+        let points = &self.gathered.points;
+        let n = self.sites.min(points.len().div_ceil(POINTS_PER_SITE));
+        Voronoi::new(sites_from_visits(points, n), points).map(Arc::new)
     }
 
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.points[..])
+        size_of_val(&self.gathered.points[..])
     }
 }
 
@@ -86,7 +100,7 @@ mod tests {
     use crate::math::rng::Rng;
 
     fn placing(room: usize) -> SitePlacement {
-        SitePlacement { sites: 100, points: Vec::new(), room, stride: 1, seen: 0 }
+        SitePlacement { sites: 100, room, gathered: Gathered::NOTHING }
     }
 
     fn points(n: usize) -> Vec<(Vec3, Vec3)> {
@@ -98,9 +112,10 @@ mod tests {
     fn too_many_points_are_thinned_evenly() {
         let (points, mut placing) = (points(1000), placing(64));
         points.chunks(7).for_each(|some| placing.visit(some));
-        let expected: Vec<_> = points.iter().step_by(placing.stride).copied().collect();
-        assert!(placing.points == expected, "stride {}, {} points", placing.stride, placing.points.len());
-        assert_eq!((placing.stride, placing.points.len()), (16, 63));
+        let Gathered { points: kept, stride, .. } = placing.gathered;
+        let expected: Vec<_> = points.iter().step_by(stride.get()).copied().collect();
+        assert!(kept == expected, "stride {stride}, {} points", kept.len());
+        assert_eq!((stride.get(), kept.len()), (16, 63));
     }
 
     #[test]

@@ -16,7 +16,7 @@ pub const TRANSITION_COST: f64 = 0.5;
 pub const LEAST_COST: f64 = 1e-9;
 
 /// Tells costs, in seconds or in rays.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct CostMeter {
     /// Costs are processor time; else they are counted, so that the same seed always gives the same picture.
     pub by_clock: bool,

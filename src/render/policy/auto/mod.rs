@@ -47,7 +47,7 @@ const MAX_LOSSES_IN_A_ROW: u32 = 3;
 const MIN_PROGRESS: f64 = 1.1;
 
 /// Judges the guide, iteration by iteration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Auto {
     meter: CostMeter,
     pixels: u64,
@@ -146,7 +146,8 @@ impl Auto {
     /// Unguided samples per pixel that a budget holds, by what one costs. Not by the time that has passed: caches were cold.
     fn unguided_samples(&self, budget: &Budget) -> f64 {
         let by_time = |cpu: f64| cpu / (self.pilot.cost() * self.pixels as f64);
-        budget.cpu_seconds.map_or(f64::INFINITY, by_time).min(budget.samples as f64)
+        // a render that was begun for samples may go on for a time, and has counted no seconds
+        budget.cpu_seconds.filter(|_| self.meter.by_clock).map_or(f64::INFINITY, by_time).min(budget.samples as f64)
     }
 
     /// Ends the pilot, unless the budget asks for a longer one.

@@ -26,7 +26,7 @@ const PILOT_SHARE: f64 = 0.02;
 const PILOT_SAMPLES: (u64, u64) = (2, 16);
 
 /// What was seen without a guide.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Baseline {
     /// Variance of the luminance of one sample, pixel by pixel; empty until the guide has learnt.
     pub variances: Vec<f64>,
@@ -42,7 +42,7 @@ pub struct Baseline {
 }
 
 /// A pilot under way.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Pilot {
     /// Costs of a camera path, pass by pass.
     costs: Vec<f64>,

@@ -19,7 +19,7 @@ pub struct Verdict {
 }
 
 /// Why the guide is in use, or is not.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
     /// Bounced light is too small a part of the noise for any guide to pay.
@@ -33,7 +33,7 @@ pub enum Reason {
 }
 
 /// Guided samples against unguided ones.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Trial {
     /// Variance of one guided sample over that of an unguided one.
     pub variance_ratio: f64,
