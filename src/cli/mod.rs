@@ -20,6 +20,8 @@ mod lab;
 mod layers;
 mod names;
 mod output;
+mod pace;
+mod preview;
 mod progress;
 mod render;
 mod report;

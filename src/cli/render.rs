@@ -2,7 +2,8 @@
 
 use super::amounts;
 use super::choices::Choices;
-use super::output::{Denoised, Outputs, beauty};
+use super::output::{Denoised, Outputs, beauty, check_pictures};
+use super::preview::{self, Preview};
 use super::progress::{self, Bar, Show, Stage, say};
 use super::report::{Context, Report, total};
 use super::signals::Signals;
@@ -18,7 +19,7 @@ use crate::image::{Exposure, Image, Tone, ViewTransform};
 use crate::inspect::Layers;
 use crate::io::clock::WallClock;
 use crate::render::guide_file::{self, GuideFingerprint};
-use crate::render::{GuideIo, Rendering, Settings, Stop, render_until};
+use crate::render::{GuideIo, Onlooker, Progress, Rendering, Settings, Stop, render_shown};
 use crate::scene::description::{CameraDescription, Projection};
 use crate::scene::{FoundCamera, Scene};
 use anyhow::{Result, anyhow, bail, ensure};
@@ -68,6 +69,12 @@ pub(crate) struct RenderArguments {
     /// Writes what was learnt, also when a signal stops the render; the last iteration then learns too.
     #[arg(long, value_name = "FILE")]
     guide_out: Option<PathBuf>,
+    /// Rewrites this picture, .png or .exr (colours, alpha, numbers of samples), again and again while it renders.
+    #[arg(long, value_name = "FILE")]
+    preview: Option<PathBuf>,
+    /// Time between two previews; more where writing one takes more than a twentieth of it. [default: 10s]
+    #[arg(long, value_name = "SECONDS|1m30s", value_parser = amounts::seconds, requires = "preview")]
+    every: Option<f64>,
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
     #[arg(long)]
     guide_layers: bool,
@@ -127,7 +134,10 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
         keep: arguments.guide_out.is_some(),
     };
     let signals = Signals::catch(arguments.quiet)?;
-    let rendering = watched_by(&bar, &scene, &description, keeping, signals.stop());
+    let mut preview = preview(arguments, &scene, &description);
+    let rendering = watched_by(&bar, &scene, &description, keeping, signals.stop(), preview.as_mut());
+    // the newest is in its file before the picture is
+    drop(preview);
     if !arguments.quiet {
         warn_of_non_finite(&rendering);
     }
@@ -199,6 +209,13 @@ fn outputs(arguments: &RenderArguments) -> Result<Outputs> {
     Outputs::new(&arguments.output, json, guide, &arguments.scene, arguments.force)
 }
 
+/// What rewrites the picture so far, where that is asked for.
+fn preview(arguments: &RenderArguments, scene: &Scene, description: &SceneFile) -> Option<Preview> {
+    let path = arguments.preview.as_ref()?;
+    let (every, name) = (arguments.every.unwrap_or(preview::EVERY), arguments.scene.display().to_string());
+    Some(Preview::new(path, every, &name, scene, description).quietly(arguments.quiet))
+}
+
 /// How the picture is shown: the denoised one, where there is one.
 pub(super) fn view(film: &FilmSettings, rendering: &Rendering, denoised: Option<&Denoised>) -> ViewTransform {
     let shown = |image: &Image| ViewTransform::of(film.exposure, film.tone, image);
@@ -250,7 +267,8 @@ fn crop(film: &mut FilmSettings, part: &Rectangle) -> Result<()> {
 
 /// Refuses options that could do nothing.
 fn check_options(arguments: &RenderArguments, scene: &SceneFile, outputs: &Outputs) -> Result<()> {
-    let RenderArguments { guide_in, guide_out, guide_layers, .. } = arguments;
+    let RenderArguments { guide_in, guide_out, guide_layers, preview, .. } = arguments;
+    check_pictures(preview.as_slice())?;
     let given =
         [("--guide-in", guide_in.is_some()), ("--guide-out", guide_out.is_some()), ("--guide-layers", *guide_layers)];
     if let Some((option, _)) = given.iter().find(|(_, given)| *given)
@@ -261,8 +279,10 @@ fn check_options(arguments: &RenderArguments, scene: &SceneFile, outputs: &Outpu
     for (option, given) in [("--guide-layers", *guide_layers), ("--layers", !arguments.layers.is_empty())] {
         ensure!(!given || outputs.any("exr"), "{option} needs a picture in EXR");
     }
+    let shown =
+        outputs.any("png") || arguments.preview.as_ref().is_some_and(|p| p.extension().is_some_and(|e| e == "png"));
     for (option, given) in [("--exposure", arguments.exposure.is_some()), ("--tone", arguments.tone.is_some())] {
-        ensure!(!given || outputs.any("png"), "{option} needs a picture in PNG: an EXR stays linear and unexposed");
+        ensure!(!given || shown, "{option} needs a picture in PNG: an EXR stays linear and unexposed");
     }
     Ok(())
 }
@@ -284,21 +304,31 @@ pub(super) fn trained(
 
 /// Renders with a progress bar, until done or asked to stop.
 pub(super) fn watched(scene: &Scene, description: &SceneFile, keeping: GuideIo, quiet: bool, stop: &Stop) -> Rendering {
-    watched_by(&Bar::new(quiet), scene, description, keeping, stop)
+    watched_by(&Bar::new(quiet), scene, description, keeping, stop, None)
 }
 
 /// The same with a bar of the caller's.
-fn watched_by(bar: &Bar, scene: &Scene, description: &SceneFile, keeping: GuideIo, stop: &Stop) -> Rendering {
+fn watched_by(
+    bar: &Bar,
+    scene: &Scene,
+    description: &SceneFile,
+    keeping: GuideIo,
+    stop: &Stop,
+    onlooker: Option<&mut Preview>,
+) -> Rendering {
     let settings = Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),
         render: description.render.clone(),
     };
     bar.stage(Stage::Rendering);
-    render_until(scene, &settings, keeping, stop, &mut |progress| {
+    let mut nobody = ();
+    let onlooker = onlooker.map_or(&mut nobody as &mut dyn Onlooker, |preview| preview);
+    let mut observer = |progress: &Progress| {
         bar.update(progress);
         true
-    })
+    };
+    render_shown(scene, &settings, keeping, &(), stop, (&mut observer, onlooker))
 }
 
 pub(super) fn warn(warnings: &[String]) {

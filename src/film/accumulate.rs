@@ -195,15 +195,33 @@ impl Film {
 
     /// The picture so far, without what the camera sees first.
     pub(crate) fn resolve(&self) -> Estimate {
-        let mut picture = self.picture.clone();
         // a rest too small to be weighed by its own variance joins only where there is nothing else
-        let alone = picture.samples == 0 && picture.surplus.is_empty() && self.pending.is_none();
+        let alone = self.picture.samples == 0 && self.picture.surplus.is_empty() && self.pending.is_none();
         let joins = self.group.samples >= MIN_GROUP || alone || self.combine != Combine::InverseVariance;
-        let newest = Some(&self.group).filter(|group| joins && !group.is_empty());
-        if let Some(newest) = newest {
-            self.weigh_in(&mut picture, self.pending.as_ref(), newest);
+        self.resolve_of(self.pending.as_ref(), Some(&self.group).filter(|group| joins && !group.is_empty()))
+    }
+
+    /// As [`Self::resolve`], with all samples: what rendering would leave if it ended now.
+    pub(crate) fn so_far(&self) -> Estimate {
+        let is_rest = self.group.samples < MIN_GROUP && !self.group.is_empty();
+        match &self.pending {
+            Some(before) if is_rest => self.resolve_of(Some(&before.clone().joined(&self.group)), None),
+            _ => self.resolve(),
         }
-        if let Some(last) = newest.or(self.pending.as_ref()).filter(|_| self.combine == Combine::InverseVariance) {
+    }
+
+    /// Share of the camera's rays that met something, pixel by pixel.
+    pub(crate) fn coverage(&self) -> Vec<f32> {
+        self.features.coverage()
+    }
+
+    /// The picture of the groups before `pending`, of that and of the newest.
+    fn resolve_of(&self, pending: Option<&IterationGroup>, newest: Option<&IterationGroup>) -> Estimate {
+        let mut picture = self.picture.clone();
+        if let Some(newest) = newest {
+            self.weigh_in(&mut picture, pending, newest);
+        }
+        if let Some(last) = newest.or(pending).filter(|_| self.combine == Combine::InverseVariance) {
             picture.weigh_in(self.width, last, last.weights(self.width as usize, last));
         }
         let Picture { samples, surplus, .. } = &picture;

@@ -73,6 +73,16 @@ impl FeatureSums {
         self.samples += self.surplus.level();
     }
 
+    /// Share of the rays that met something, pixel by pixel.
+    pub(super) fn coverage(&self) -> Vec<f32> {
+        (0..self.sums.len()).map(|i| self.sums[i].met / self.count(i) as f32).collect()
+    }
+
+    /// Samples of a pixel; 1 of one that has none.
+    fn count(&self, i: usize) -> u32 {
+        (self.samples + self.surplus.of(i)).max(1)
+    }
+
     /// The means.
     pub(super) fn finish(self) -> (Vec<Aovs>, PictureIds) {
         let FeatureSums { mut sums, ids, samples, surplus, .. } = self;

@@ -1,6 +1,7 @@
 //! The driver: iterations × passes × rounds. It carries out what the policy plans, within the limits of the render.
 
 use super::limits::Limits;
+use super::onlooker::{Moment, Onlooker, in_watts};
 use super::policy::{GuidePolicy, Mode};
 use super::schedule::{Tiling, iteration_samples, round_paths, rounds};
 use super::state::{Record, RenderState};
@@ -11,7 +12,6 @@ use crate::integrator::Task;
 use crate::integrator::probe::Watch;
 use crate::io::clock::WallClock;
 use crate::scene::Scene;
-use rayon::prelude::*;
 
 /// What is to be rendered; the same from the first iteration to the last.
 pub(super) struct Job<'a, W> {
@@ -38,12 +38,12 @@ impl<'a, W: Watch> Driver<'a, W> {
     }
 
     /// Iterations over the whole picture, to the end of the budget or of the observer's patience.
-    pub fn run(&mut self, observer: Observer) {
-        while self.iterate(observer) {}
+    pub fn run(&mut self, observer: Observer, onlooker: &mut dyn Onlooker) {
+        while self.iterate(observer, onlooker) {}
     }
 
     /// One iteration, with one frozen guide unless updates are on-line; `false` where rendering is over.
-    pub fn iterate(&mut self, observer: Observer) -> bool {
+    pub fn iterate(&mut self, observer: Observer, onlooker: &mut dyn Onlooker) -> bool {
         let left = self.samples_left();
         if left == 0 {
             return false;
@@ -53,7 +53,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         // Without a draw from it, nothing need be learnt.
         let learn = self.state.is_guided() && (!last || self.job.keep_guide || self.is_online());
         let mut record = self.state.begin_iteration();
-        let go_on = self.passes(samples, last, learn, &mut record, observer);
+        let go_on = self.passes((samples, last, learn), &mut record, observer, onlooker);
         self.take_in(&mut record);
         if learn && (go_on || self.job.keep_guide) && !self.limits.stop.is_urgent() {
             // An iteration that was broken off says too little of where states are to be refined or dropped.
@@ -69,7 +69,13 @@ impl<'a, W: Watch> Driver<'a, W> {
 
     /// Passes over the picture until each pixel has `samples` more, or the iteration is to end; `false` where rendering is
     /// over. Under a time limit the `last` iteration ends with the time, not with an estimated count.
-    fn passes(&mut self, samples: u32, last: bool, learn: bool, record: &mut Record, observer: Observer) -> bool {
+    fn passes(
+        &mut self,
+        (samples, last, learn): (u32, bool, bool),
+        record: &mut Record,
+        observer: Observer,
+        onlooker: &mut dyn Onlooker,
+    ) -> bool {
         let (clock, render) = (WallClock::start(), &self.job.settings.render);
         let open_ended = render.time.is_some() && last;
         let target = if open_ended { render.spp - self.state.samples() } else { samples };
@@ -79,7 +85,10 @@ impl<'a, W: Watch> Driver<'a, W> {
             // at least two passes, so that the noise of their mean shows in the difference of two halves
             let pass = self.tiling.samples.min(target.div_ceil(2)).min(target - record.report.samples);
             let whole = self.pass(pass, learn, record);
-            if !observer(&self.progress()) || !whole || self.limits.stop.is_asked() || self.limits.time_is_up() {
+            let go_on =
+                observer(&self.progress()) && whole && !self.limits.stop.is_asked() && !self.limits.time_is_up();
+            self.show(record, onlooker, !go_on || (last && record.report.samples >= target));
+            if !go_on {
                 return false;
             }
             if may_be_cut && self.limits.is_too_long(clock.elapsed()) {
@@ -115,13 +124,16 @@ impl<'a, W: Watch> Driver<'a, W> {
     /// A single iteration over all blocks, one block of the picture after the other, each with all of its samples. With on-line
     /// updates the guide of the last block knows all, that of the first nothing. The observer is asked between stretches of
     /// whole blocks; those that it does not want stay blank. A stop may also cut a stretch.
-    pub fn run_blocks(&mut self, observer: Observer) {
+    pub fn run_blocks(&mut self, observer: Observer, onlooker: &mut dyn Onlooker) {
         let (clock, online) = (WallClock::start(), self.is_online());
         let (spp, length) = (self.job.settings.render.spp, round_paths(online));
         let mut record = self.state.begin_iteration();
-        for stretch in self.tiling.blocks(spp, length) {
-            self.stretch(&stretch, length, &mut record);
-            if !observer(&self.progress()) || self.limits.stop.is_asked() {
+        let stretches = self.tiling.blocks(spp, length);
+        for (k, stretch) in (1..).zip(&stretches) {
+            self.stretch(stretch, length, &mut record);
+            let go_on = observer(&self.progress()) && !self.limits.stop.is_asked();
+            self.show(&mut record, onlooker, !go_on || k == stretches.len());
+            if !go_on {
                 break;
             }
         }
@@ -155,6 +167,14 @@ impl<'a, W: Watch> Driver<'a, W> {
         self.tracer.take_in(&mut Target { job: &self.job, state: &mut self.state, record, end });
     }
 
+    /// Lets an onlooker look that wants to, once the picture holds all that was traced.
+    fn show(&mut self, record: &mut Record, onlooker: &mut dyn Onlooker, ends: bool) {
+        if !self.limits.stop.is_urgent() && onlooker.is_due(ends) {
+            self.take_in(record);
+            onlooker.look(&Moment { film: &self.state.film, unit: self.job.scene.light_unit() });
+        }
+    }
+
     fn end_iteration(&mut self, clock: WallClock, mut report: IterationReport) {
         self.state.plan_next();
         report.wall_seconds = clock.elapsed().as_secs_f64();
@@ -169,12 +189,8 @@ impl<'a, W: Watch> Driver<'a, W> {
         }
         let (wall_seconds, cpu) = (self.limits.elapsed(), self.limits.cpu.elapsed());
         let (samples, unit) = (state.samples(), self.job.scene.light_unit());
-        let mut estimate = state.film.finish();
-        estimate.mean.par_iter_mut().for_each(|mean| *mean = unit.radiance(*mean));
-        estimate.layers.par_iter_mut().flat_map(|(_, means)| means).for_each(|mean| *mean = unit.radiance(*mean));
-        estimate.variance.par_iter_mut().for_each(|variance| *variance = unit.squared_radiance(*variance));
         Rendering {
-            estimate,
+            estimate: in_watts(state.film.finish(), unit),
             samples,
             wall_seconds,
             cpu,

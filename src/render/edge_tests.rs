@@ -114,7 +114,7 @@ fn halves(room: &Room) -> [Found; 3] {
     let (stop, job) = (Stop::default(), Job { scene: &scene, settings: &settings, watch: &(), keep_guide: false });
     let state = RenderState::new(&scene, &settings, GuideIo::default());
     let mut driver = Driver::new(job, state, Limits::from_now(None, &stop));
-    driver.run(&mut |_| true);
+    driver.run(&mut |_| true, &mut ());
     let state = driver.into_state();
     let edge = SIZE[0] / 2;
     [[edge - 3, edge], [edge - 9, edge - 6], [edge + 6, edge + 9]]

@@ -4,6 +4,7 @@ mod driver;
 pub mod guide_file;
 mod limits;
 mod noise;
+mod onlooker;
 mod policy;
 mod roulette;
 mod schedule;
@@ -12,6 +13,7 @@ mod state;
 mod tracer;
 mod workers;
 
+pub use onlooker::{Moment, Onlooker};
 pub(crate) use policy::{Trial, Verdict};
 pub use settings::{Order, RenderSettings};
 
@@ -150,12 +152,24 @@ pub fn render_watched<W: Watch>(
     stop: &Stop,
     observer: Observer,
 ) -> Rendering {
+    render_shown(scene, settings, keeping, watch, stop, (observer, &mut ()))
+}
+
+/// As [`render_watched`], with somebody who looks at it between passes.
+pub fn render_shown<W: Watch>(
+    scene: &Scene,
+    settings: &Settings,
+    keeping: GuideIo,
+    watch: &W,
+    stop: &Stop,
+    (observer, onlooker): (Observer, &mut dyn Onlooker),
+) -> Rendering {
     let limits = Limits::from_now(settings.render.time, stop);
     let job = Job { scene, settings, watch, keep_guide: keeping.keep };
     let mut driver = Driver::new(job, RenderState::new(scene, settings, keeping), limits);
     match settings.render.order {
-        Order::Progressive => driver.run(observer),
-        Order::Blocks => driver.run_blocks(observer),
+        Order::Progressive => driver.run(observer, onlooker),
+        Order::Blocks => driver.run_blocks(observer, onlooker),
     }
     driver.finish()
 }

@@ -25,7 +25,7 @@ fn in_pieces(scene: &Scene, settings: &Settings, change: fn(&mut RenderState)) -
     for drivers in 0.. {
         let job = Job { scene, settings, watch: &(), keep_guide: false };
         let mut driver = Driver::new(job, state, Limits::from_now(None, &stop));
-        if !driver.iterate(&mut |_| true) {
+        if !driver.iterate(&mut |_| true, &mut ()) {
             return (drivers, driver.finish());
         }
         state = driver.into_state();

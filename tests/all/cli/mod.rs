@@ -11,6 +11,7 @@ mod guides;
 mod info;
 mod paper;
 mod pictures;
+mod previews;
 mod processors;
 mod render;
 mod stopping;
