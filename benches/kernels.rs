@@ -188,6 +188,7 @@ fn model(kind: &str) -> BsdfModel {
             distribution,
             nonlinear: true,
             energy_conserving: false,
+            additive: false,
         }),
         _ => BsdfDescription::Principled(PrincipledParameters {
             base_color: white,

@@ -5,6 +5,17 @@ use super::microfacet::Microfacet;
 use super::table::{NODES, cosine_mean, interpolate, node, visible_normals};
 use glam::Vec3;
 
+/// What a base under a coat gets of the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Entering {
+    /// [`CoatTable::new`].
+    Refracted,
+    /// [`CoatTable::conserving`].
+    Conserving,
+    /// [`CoatTable::additive`].
+    All,
+}
+
 /// Directional albedos of a rough interface (single scattering), as in Mitsuba's `roughplastic`.
 #[derive(Debug)]
 pub(crate) struct CoatTable {
@@ -43,6 +54,13 @@ impl CoatTable {
         CoatTable { transmittance, mean_transmittance, internal_reflectance, ..table }
     }
 
+    /// The same reflection over a base that is seen as if there were no coat: T = 1, and (1 − ρ)η² = 1.
+    pub fn additive(eta: f32, microfacet: Microfacet) -> CoatTable {
+        let internal_reflectance = 1.0 - 1.0 / (eta * eta);
+        let table = CoatTable::new(eta, microfacet);
+        CoatTable { transmittance: [1.0; NODES], mean_transmittance: 1.0, internal_reflectance, ..table }
+    }
+
     pub fn microfacet(&self) -> &Microfacet {
         &self.microfacet
     }
@@ -57,7 +75,7 @@ impl CoatTable {
         interpolate(&self.transmittance, cos)
     }
 
-    /// Share of light at cosine `cos` ≥ 0 that is reflected; with [`Self::transmittance`] at most 1.
+    /// Share of light at cosine `cos` ≥ 0 that is reflected; with [`Self::transmittance`] at most 1, but of [`Self::additive`].
     #[inline]
     pub fn reflectance(&self, cos: f32) -> f32 {
         interpolate(&self.reflectance, cos)

@@ -1,5 +1,6 @@
 //! A diffuse base under a smooth dielectric coat.
 
+use super::coat::Entering;
 use super::interface::{checked_alpha, checked_eta, indices, rough};
 use super::model::{BsdfParameters, Prepared, checked_color};
 use super::rough_plastic::RoughPlasticModel;
@@ -26,6 +27,8 @@ pub struct PlasticParameters {
     pub nonlinear: bool,
     /// The base gets all that the coat does not reflect, so that no light is lost in a rough coat.
     pub energy_conserving: bool,
+    /// The base is seen as if there were no coat, and what a rough coat reflects is added.
+    pub additive: bool,
 }
 
 impl Default for PlasticParameters {
@@ -39,6 +42,7 @@ impl Default for PlasticParameters {
             distribution: MicrofacetDistribution::Ggx,
             nonlinear: false,
             energy_conserving: false,
+            additive: false,
         }
     }
 }
@@ -53,9 +57,30 @@ impl Fields for PlasticParameters {
         let meaning = "`reflectance` is that of what the coat does not reflect: R becomes R(1 − E) + E with E the coat's albedo, and \
                        no light is lost in a rough coat (albedo scaling)";
         visitor.flag(key("energy_conserving", meaning), &mut self.energy_conserving)?;
+        let meaning = "the base is as bright as without a coat, and what a rough coat reflects is added, as in nori and pbrt-v3: such a \
+                       surface may reflect more light than it gets";
+        let rough = !self.energy_conserving && self.alpha > 0.0;
+        let additive = key("additive", meaning).only(rough, "`energy_conserving = false` and `alpha` greater than 0");
+        visitor.added_flag(additive, &mut self.additive)?;
         let meaning = "takes colour shifts by scattering inside the coat into account";
-        let nonlinear = key("nonlinear", meaning).only(!self.energy_conserving, "`energy_conserving = false`");
+        let nonlinear =
+            key("nonlinear", meaning).only(self.takes_shifts(), "`energy_conserving = false` and `additive = false`");
         visitor.flag(nonlinear, &mut self.nonlinear)
+    }
+}
+
+impl PlasticParameters {
+    /// Whether there is scattering inside the coat that could shift colours.
+    fn takes_shifts(&self) -> bool {
+        !self.energy_conserving && !self.additive
+    }
+
+    fn entering(&self) -> Entering {
+        match (self.energy_conserving, self.additive) {
+            (true, _) => Entering::Conserving,
+            (false, true) => Entering::All,
+            (false, false) => Entering::Refracted,
+        }
     }
 }
 
@@ -66,13 +91,13 @@ impl BsdfParameters for PlasticParameters {
     fn model(&self, tables: &mut BsdfTables) -> Result<Model> {
         let eta = checked_eta(self.int_ior, self.ext_ior)?;
         let alpha = checked_alpha(self.alpha)?;
-        let PlasticParameters { specular_reflectance: specular, distribution, energy_conserving, .. } = *self;
-        let nonlinear = self.nonlinear && !energy_conserving;
+        let PlasticParameters { specular_reflectance: specular, distribution, .. } = *self;
+        let nonlinear = self.nonlinear && self.takes_shifts();
         checked_color(specular, "specular_reflectance")?;
         Ok(if alpha == 0.0 {
             PlasticModel { coat: SmoothCoat::new(eta), specular, nonlinear }.into()
         } else {
-            RoughPlasticModel { coat: tables.coat(eta, alpha, distribution, energy_conserving), specular, nonlinear }
+            RoughPlasticModel { coat: tables.coat(eta, alpha, distribution, self.entering()), specular, nonlinear }
                 .into()
         })
     }

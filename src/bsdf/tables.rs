@@ -1,7 +1,7 @@
 //! Tables that materials share.
 
 use super::MicrofacetDistribution;
-use super::coat::CoatTable;
+use super::coat::{CoatTable, Entering};
 use super::microfacet::Microfacet;
 use super::multiple_scattering::LossTable;
 use std::collections::HashMap;
@@ -10,22 +10,26 @@ use std::sync::Arc;
 /// Builds each table once.
 #[derive(Debug, Default)]
 pub struct BsdfTables {
-    coats: HashMap<(u32, u32, bool, bool), Arc<CoatTable>>,
+    coats: HashMap<(u32, u32, bool, Entering), Arc<CoatTable>>,
     losses: HashMap<(u32, bool), Arc<LossTable>>,
     all_losses: Option<Arc<LossTable>>,
 }
 
 impl BsdfTables {
-    /// [`CoatTable::conserving`] or [`CoatTable::new`].
+    /// A coat over a base that gets this of the light.
     pub(super) fn coat(
         &mut self,
         eta: f32,
         alpha: f32,
         kind: MicrofacetDistribution,
-        conserving: bool,
+        entering: Entering,
     ) -> Arc<CoatTable> {
-        let key = (eta.to_bits(), alpha.to_bits(), kind == MicrofacetDistribution::Ggx, conserving);
-        let build = if conserving { CoatTable::conserving } else { CoatTable::new };
+        let key = (eta.to_bits(), alpha.to_bits(), kind == MicrofacetDistribution::Ggx, entering);
+        let build = match entering {
+            Entering::Refracted => CoatTable::new,
+            Entering::Conserving => CoatTable::conserving,
+            Entering::All => CoatTable::additive,
+        };
         self.coats.entry(key).or_insert_with(|| Arc::new(build(eta, Microfacet::new(kind, alpha)))).clone()
     }
 

@@ -5,12 +5,15 @@ mod gltf;
 pub(crate) mod json;
 pub(crate) mod mitsuba;
 mod model;
+mod nori;
 pub(crate) mod reference;
 mod sections;
+mod tessellate;
 #[cfg(test)]
 mod tests;
 mod toml;
 pub(crate) mod write;
+mod xml;
 
 #[cfg(feature = "lab")]
 pub(crate) use model::whole_file;
@@ -28,6 +31,7 @@ use crate::scene::{LoadOptions, LoadStage, Scene};
 use crate::{Error, Result};
 use std::path::Path;
 use std::sync::Arc;
+use xml::object::Dialect;
 
 /// What a file says of a scene and of how it is to be rendered.
 #[derive(Clone, Debug, Default)]
@@ -96,10 +100,19 @@ const READERS: &[(&str, Read)] = &[
     ("json", json::read),
     ("obj", model::read),
     ("ply", model::read),
-    ("xml", mitsuba::read),
+    ("xml", read_xml),
     ("gltf", gltf::read),
     ("glb", gltf::read),
 ];
+
+/// Scenes of Mitsuba and of nori, which are told apart by what is in them.
+fn read_xml(path: &Path) -> Result<(SceneFile, Vec<String>)> {
+    let objects = xml::read(path)?;
+    match objects.dialect {
+        Dialect::Mitsuba(_) => mitsuba::read(objects),
+        Dialect::Nori => nori::read(objects),
+    }
+}
 
 /// The ends of names that there are readers for, as a sentence lists them.
 fn ends(readers: &[(&str, Read)]) -> String {

@@ -52,6 +52,7 @@ fn coated(alpha: f32) -> BsdfModel {
         distribution: Distribution::Ggx,
         nonlinear: false,
         energy_conserving: false,
+        additive: false,
     }))
 }
 

@@ -28,6 +28,9 @@ pub(crate) struct Adaptation {
     pub(crate) normals: NormalsChange,
     /// Inside and outside change places.
     pub(crate) flip: bool,
+    /// Where the file has normals they say what is outside, and triangles that are wound the other way are turned over; `flip` counts
+    /// where it has none.
+    pub(crate) by_normals: bool,
     /// Texture coordinates are counted from above: v is 1 − v.
     pub(crate) flip_v: bool,
 }
@@ -43,13 +46,19 @@ impl Adaptation {
             None => reader(path)?(path)?,
         };
         let mesh = &mut model.mesh;
+        // before any that are made of the winding
+        match &mesh.normals {
+            Some(normals) if self.by_normals => {
+                let wrong = against_normals(mesh, normals);
+                wrong.into_iter().for_each(|t| turn_over(mesh, t));
+            }
+            _ if self.flip => flip(mesh),
+            _ => (),
+        }
         match self.normals {
             NormalsChange::Drop => mesh.normals = None,
             NormalsChange::Smooth if mesh.normals.is_none() => mesh.normals = Some(smooth(mesh)),
             NormalsChange::Keep | NormalsChange::Smooth => (),
-        }
-        if self.flip {
-            flip(mesh);
         }
         if self.flip_v
             && let Some(uvs) = &mut mesh.uvs
@@ -67,15 +76,30 @@ pub(crate) fn flipped(model: &Model) -> Model {
     model
 }
 
-/// Turns a mesh inside out.
-fn flip(mesh: &mut Mesh) {
-    mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+/// Triangles whose winding says that outside is where their normals say that inside is.
+fn against_normals(mesh: &Mesh, normals: &Attribute<[f32; 3]>) -> Vec<usize> {
+    let against = |&t: &usize| {
+        let [a, b, c] = mesh.corners(t);
+        let Some(normals) = normals.corners(&mesh.triangles, t) else { return false };
+        normals.iter().map(|n| Vec3::from(*n)).sum::<Vec3>().dot((b - a).cross(c - a)) < 0.0
+    };
+    (0..mesh.triangles.len()).filter(against).collect()
+}
+
+/// Winds one triangle the other way round. Attributes with indices of their own go with it.
+fn turn_over(mesh: &mut Mesh, t: usize) {
+    mesh.triangles[t].swap(1, 2);
     let own = [mesh.normals.as_mut().map(|n| &mut n.indices), mesh.uvs.as_mut().map(|uvs| &mut uvs.indices)];
     for indices in own.into_iter().flatten() {
         if let Indices::Own(indices) = indices {
-            indices.iter_mut().for_each(|t| t.swap(1, 2));
+            indices[t].swap(1, 2);
         }
     }
+}
+
+/// Turns a mesh inside out.
+fn flip(mesh: &mut Mesh) {
+    (0..mesh.triangles.len()).for_each(|t| turn_over(mesh, t));
     if let Some(normals) = &mut mesh.normals {
         normals.values.iter_mut().for_each(|n| *n = n.map(|x| -x));
     }
@@ -144,6 +168,28 @@ mod tests {
         mesh.uvs = Some(Attribute { values: vec![[0.0; 2]; 6], indices: own });
         let cut = smooth(&mesh);
         assert_eq!(cut.corners(&mesh.triangles, 0).unwrap(), [[0.0, 1.0, 0.0]; 3]);
+    }
+
+    #[test]
+    fn triangles_go_by_their_normals_where_these_say_what_is_outside() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 -1\nvn 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\n";
+        let up = |adaptation: Adaptation, faces: &str| -> Vec<bool> {
+            std::fs::write(&path, format!("{text}{faces}")).unwrap();
+            let mesh = adaptation.load(&path).unwrap().mesh;
+            let up = |t| {
+                let [a, b, c] = mesh.corners(t);
+                (b - a).cross(c - a).z > 0.0
+            };
+            (0..mesh.triangles.len()).map(up).collect()
+        };
+        let (lit, dull) = ("f 1/1/1 2/2/1 3/3/1\nf 1/1/2 2/2/2 3/3/2\n", "f 1 2 3\n");
+        let led = Adaptation { by_normals: true, flip: true, ..Adaptation::default() };
+        assert_eq!(up(led, lit), [false, true]);
+        assert_eq!(up(led, dull), [false], "without normals it is turned inside out");
+        assert_eq!(up(Adaptation { flip: false, ..led }, dull), [true]);
+        assert_eq!(up(Adaptation::default(), lit), [true, true]);
     }
 
     #[test]

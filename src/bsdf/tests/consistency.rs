@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::Error;
+use crate::bsdf::coat::Entering;
 use crate::math::rng::Rng;
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_6, PI};
 
@@ -282,7 +283,9 @@ fn all_lobes_are_rougher_than_nothing_and_diffuse_ones_reflect_their_albedo() {
 #[test]
 fn coats_are_tabulated_once() {
     let mut tables = BsdfTables::default();
-    let first = tables.coat(1.5, 0.2, Ggx, false);
-    assert!(std::sync::Arc::ptr_eq(&first, &tables.coat(1.5, 0.2, Ggx, false)));
-    assert!(!std::sync::Arc::ptr_eq(&first, &tables.coat(1.5, 0.2, Beckmann, false)));
+    let refracted = Entering::Refracted;
+    let first = tables.coat(1.5, 0.2, Ggx, refracted);
+    assert!(std::sync::Arc::ptr_eq(&first, &tables.coat(1.5, 0.2, Ggx, refracted)));
+    assert!(!std::sync::Arc::ptr_eq(&first, &tables.coat(1.5, 0.2, Beckmann, refracted)));
+    assert!(!std::sync::Arc::ptr_eq(&first, &tables.coat(1.5, 0.2, Ggx, Entering::All)));
 }

@@ -195,6 +195,19 @@ fn albedos_are_what_is_scattered() {
 }
 
 #[test]
+fn a_coat_beside_its_base_adds_its_highlight_to_it() {
+    for kind in [Ggx, Beckmann] {
+        let (both, grey) = (additive(kind, 0.2), Rgb::new(0.5, 0.4, 0.1));
+        let coat = plastic(kind, 0.2, false, Rgb::splat(0.5)).colored(Rgb::ZERO, Rgb::ZERO);
+        for (wo, wi) in [(polar(0.3, 0.0), polar(0.35, 3.0)), (polar(1.0, 0.2), polar(0.6, 2.5))] {
+            let wanted = grey * (wi.z * std::f32::consts::FRAC_1_PI) + coat.bsdf().eval(wo, wi);
+            let found = both.bsdf().eval(wo, wi);
+            assert!((found - wanted).abs().max_element() < 1e-5, "{kind:?} {wo} {wi}: {found}, not {wanted}");
+        }
+    }
+}
+
+#[test]
 fn smooth_plastic_without_absorption_keeps_all_energy() {
     let material = plastic(Ggx, 0.0, true, Rgb::ONE).colored(Rgb::ONE, Rgb::ZERO);
     for wo in [Vec3::Z, polar(1.0, 0.0), polar(1.5, 0.0)] {

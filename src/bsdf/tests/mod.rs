@@ -116,6 +116,7 @@ fn plastic(kind: MicrofacetDistribution, alpha: f32, nonlinear: bool, specular: 
         distribution: kind,
         nonlinear,
         energy_conserving: false,
+        additive: false,
     });
     Material::new(format!("plastic {kind:?} {alpha} {nonlinear}"), description, true)
         .colored(Rgb::new(0.8, 0.4, 0.1), Rgb::ZERO)
@@ -127,6 +128,14 @@ fn conserving(kind: MicrofacetDistribution, alpha: f32) -> Material {
         PlasticParameters { alpha, distribution: kind, energy_conserving: true, ..PlasticParameters::default() };
     Material::new(format!("conserving {kind:?} {alpha}"), description.into(), true)
         .colored(Rgb::new(0.8, 0.4, 0.1), Rgb::ZERO)
+}
+
+/// A highlight beside a base.
+fn additive(kind: MicrofacetDistribution, alpha: f32) -> Material {
+    let half = PlasticParameters { additive: true, specular_reflectance: Rgb::splat(0.5), ..Default::default() };
+    let description = PlasticParameters { alpha, distribution: kind, ..half };
+    Material::new(format!("additive {kind:?} {alpha}"), description.into(), true)
+        .colored(Rgb::new(0.5, 0.4, 0.1), Rgb::ZERO)
 }
 
 fn principled(set: PrincipledParameters) -> Material {
@@ -185,6 +194,7 @@ fn smooth_materials() -> Vec<Material> {
     let conserving = PrincipledParameters { energy_conserving: true, metallic: 0.7, roughness: 0.6, ..ALL_LOBES };
     all.push(principled(conserving.clone()));
     all.push(pictured(conserving).colored(Rgb::new(0.8, 0.4, 0.1), Rgb::new(0.6, 0.45, 0.3)));
+    all.extend([(Ggx, 0.25), (Beckmann, 0.05), (Beckmann, 0.8)].map(|(kind, alpha)| additive(kind, alpha)));
     all
 }
 

@@ -1,13 +1,13 @@
 //! Materials.
 
 use super::metals;
-use super::object::{Object, Objects};
 use super::texture::Textures;
 use crate::Result;
 use crate::bsdf::{
     BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, DiffuseTransmitterParameters,
     MicrofacetDistribution, NullParameters, PlasticParameters, PrincipledMaps, PrincipledParameters,
 };
+use crate::format::xml::object::{Object, Objects};
 use crate::math::Rgb;
 use crate::scene::description::MaterialDescription;
 use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
@@ -17,7 +17,7 @@ use std::rc::Rc;
 const DEEPEST: usize = 16;
 
 /// Reads materials.
-pub(super) struct Materials<'a> {
+pub(crate) struct Materials<'a> {
     pub(crate) objects: &'a Objects,
     pub(crate) textures: &'a Textures<'a>,
 }
@@ -236,6 +236,7 @@ impl Materials<'_> {
             distribution,
             nonlinear: bsdf.flag("nonlinear", false)?,
             energy_conserving: false,
+            additive: false,
         })
     }
 
@@ -319,7 +320,8 @@ impl Materials<'_> {
     }
 }
 
-fn one_sided(bsdf: impl Into<BsdfDescription>) -> MaterialDescription {
+/// Black from behind.
+pub(crate) fn one_sided(bsdf: impl Into<BsdfDescription>) -> MaterialDescription {
     MaterialDescription { bsdf: bsdf.into(), two_sided: false, ..MaterialDescription::default() }
 }
 

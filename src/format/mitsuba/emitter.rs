@@ -1,8 +1,8 @@
 //! Lights that are no surfaces.
 
-use super::object::{Object, Objects};
-use super::xml;
 use crate::Result;
+use crate::format::xml;
+use crate::format::xml::object::{Object, Objects};
 use crate::light::{
     ConstantLight, DirectionalLight, EnvironmentLight, LightDescription, PointLightParameters, SkyLight,
     SpotLightParameters,
@@ -14,7 +14,7 @@ use glam::{DAffine3, DMat3, DVec3};
 ///
 /// # Errors
 /// A type that is not known or has no counterpart, and what is wrong with its properties.
-pub(super) fn light(objects: &Objects, emitter: &Object) -> Result<LightDescription> {
+pub(crate) fn light(objects: &Objects, emitter: &Object) -> Result<LightDescription> {
     emitter.ignore(&["sampling_weight"]);
     let light = match emitter.kind.as_str() {
         "constant" => ConstantLight { radiance: emitter.color("radiance", Rgb::ONE)? }.into(),

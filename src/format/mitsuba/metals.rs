@@ -1,8 +1,8 @@
 //! What materials are called.
 
-use super::object::Object;
 use crate::Result;
 use crate::document::suggest::unknown;
+use crate::format::xml::object::Object;
 use crate::math::Rgb;
 
 /// Complex indices of refraction of conductors, which Mitsuba 3.9 makes of its measured spectra for linear sRGB (variant `scalar_rgb`).
@@ -79,7 +79,7 @@ const DIELECTRICS: &[(&str, f32)] = &[
 ];
 
 /// η and k of the metal of this name; `None` for `none`, which reflects all.
-pub(super) fn metal(object: &Object, name: &str) -> Result<Option<(Rgb, Rgb)>> {
+pub(crate) fn metal(object: &Object, name: &str) -> Result<Option<(Rgb, Rgb)>> {
     if name == "none" {
         return Ok(None);
     }
@@ -94,10 +94,10 @@ pub(super) fn metal(object: &Object, name: &str) -> Result<Option<(Rgb, Rgb)>> {
 }
 
 /// The index of refraction that `key` says, as a number or a name.
-pub(super) fn index(object: &Object, key: &str, default: &str) -> Result<f32> {
+pub(crate) fn index(object: &Object, key: &str, default: &str) -> Result<f32> {
     let find = |name: &str| DIELECTRICS.iter().find(|(known, _)| *known == name).map(|(_, index)| *index);
     if let Some(item) = object.find(key)
-        && let super::object::Value::Text(name) = &item.value
+        && let crate::format::xml::object::Value::Text(name) = &item.value
     {
         let name = name.to_lowercase();
         let subject = format!("unknown material `{name}`");

@@ -1,32 +1,26 @@
 //! Scenes of Mitsuba, in XML: versions 0.4 to 0.6 and 2 to 3. docs/mitsuba.md says what is read.
 //!
-//! [`xml`] makes objects with properties of the text; the other files ask them for what they know. What nobody has asked for is a
+//! [`super::xml`] makes objects with properties of the text; the files here ask them for what they know. What nobody has asked for is a
 //! warning, a plug-in that nothing here looks like is an error.
 
-mod bsdf;
-mod color;
-mod emitter;
+pub(crate) mod bsdf;
+pub(crate) mod emitter;
 pub(crate) mod export;
-mod metals;
-mod object;
-mod sensor;
-mod shape;
-mod tessellate;
+pub(crate) mod metals;
+pub(crate) mod sensor;
+pub(crate) mod shape;
 #[cfg(test)]
 mod tests;
-mod texture;
-mod transform;
-mod xml;
+pub(crate) mod texture;
 
 use super::SceneFile;
+use super::xml::object::Objects;
 use crate::Result;
 use bsdf::Materials;
 use shape::Shapes;
-use std::path::Path;
 use texture::Textures;
 
-pub(super) fn read(path: &Path) -> Result<(SceneFile, Vec<String>)> {
-    let objects = xml::read(path)?;
+pub(super) fn read(objects: Objects) -> Result<(SceneFile, Vec<String>)> {
     let mut file = SceneFile::default();
     sensor::integrator(&objects, &mut file)?;
     sensor::sensors(&objects, &mut file)?;

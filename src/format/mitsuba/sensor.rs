@@ -1,11 +1,12 @@
 //! Camera, film, samples and the length of paths.
 
-use super::object::{Object, Objects};
 use crate::Result;
 use crate::film::{FilmSettings, Filter, MAX_SIDE};
 use crate::format::SceneFile;
+use crate::format::xml::object::{Object, Objects};
+use crate::format::xml::transform;
 use crate::scene::description::{CameraDescription, Projection};
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
 /// Reads the first sensor into the scene, and what it says of the film and of samples.
 pub(super) fn sensors(objects: &Objects, file: &mut SceneFile) -> Result<()> {
@@ -84,17 +85,10 @@ fn camera(objects: &Objects, sensor: &Object, film: &FilmSettings) -> Result<Cam
     let to_world = sensor.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
     let axes = to_world.matrix3;
     let flat = || sensor.error("the transform of the sensor flattens the view");
-    let forward = axes.z_axis.try_normalize().ok_or_else(flat)?;
-    let (origin, up) = (to_world.translation, axes.y_axis.try_normalize().ok_or_else(flat)?);
+    let common = transform::camera(to_world).ok_or_else(flat)?;
+    let (origin, forward) = (common.origin, common.target - common.origin);
     let lens = sensor.kind == "thinlens";
     let focus = sensor.number("focus_distance", 1.0)?;
-    let common = CameraDescription {
-        origin,
-        target: origin + forward,
-        up: up.as_vec3(),
-        mirrored: axes.determinant() < 0.0,
-        ..CameraDescription::default()
-    };
     match sensor.kind.as_str() {
         "perspective" | "thinlens" => {
             for name in ["principal_point_offset_x", "principal_point_offset_y"] {
@@ -113,7 +107,7 @@ fn camera(objects: &Objects, sensor: &Object, film: &FilmSettings) -> Result<Cam
                 vfov: vertical_view(sensor, film)? as f32,
                 aperture_radius: aperture_radius as f32,
                 focus_distance: lens.then_some(focus as f32),
-                target: if lens { origin + forward * focus } else { origin + forward },
+                target: if lens { origin + forward * focus } else { common.target },
                 ..common
             })
         }
@@ -121,9 +115,8 @@ fn camera(objects: &Objects, sensor: &Object, film: &FilmSettings) -> Result<Cam
         "orthographic" => {
             let width = 2.0 * axes.x_axis.length();
             let view_height = width * f64::from(film.height) / f64::from(film.width);
-            let target = origin + forward.normalize_or(DVec3::Z);
             let projection = Projection::Orthographic;
-            Ok(CameraDescription { projection, view_height: view_height as f32, target, ..common })
+            Ok(CameraDescription { projection, view_height: view_height as f32, ..common })
         }
         kind => Err(sensor.error(format!("the sensor `{kind}` has no counterpart"))),
     }

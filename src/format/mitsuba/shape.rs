@@ -1,10 +1,10 @@
 //! Shapes, and where they stand.
 
 use super::bsdf::Materials;
-use super::object::{Object, Objects};
-use super::{tessellate, xml};
 use crate::Result;
 use crate::format::SceneFile;
+use crate::format::xml::object::{Object, Objects};
+use crate::format::{tessellate, xml};
 use crate::math::Rgb;
 use crate::scene::adaptation::{Adaptation, NormalsChange};
 use crate::scene::description::{InstanceDescription, MaterialDescription, MeshDescription};
@@ -97,7 +97,7 @@ impl<'a> Shapes<'a> {
     /// `to_world`, which flattens nothing.
     fn placed(&self, shape: &Object) -> Result<DAffine3> {
         let transform = shape.transform("to_world")?.unwrap_or(DAffine3::IDENTITY);
-        check_regular(shape, &transform)?;
+        xml::transform::check_regular(shape, &transform)?;
         Ok(transform)
     }
 
@@ -106,7 +106,7 @@ impl<'a> Shapes<'a> {
         let flip = shape.flag("flip_normals", false)?;
         let (source, own) = self.source(shape, flip)?;
         let transform = to_world * own;
-        check_regular(shape, &transform)?;
+        xml::transform::check_regular(shape, &transform)?;
         let material = self.material(shape)?;
         for name in ["interior", "exterior"] {
             if let Some(medium) = shape.find(name) {
@@ -172,7 +172,7 @@ impl<'a> Shapes<'a> {
         let flip_v = shape.flag("flip_tex_coords", obj)? != obj;
         let flip_v = if obj { flip_v } else { !flip_v };
         shape.ignore(&["collapse", "shape_index"]);
-        Ok(MeshSource::Adapted(path, Adaptation { part, normals, flip, flip_v }))
+        Ok(MeshSource::Adapted(path, Adaptation { part, normals, flip, flip_v, by_normals: false }))
     }
 
     /// The name of the shape's material, which is described under it. `None`: what the file itself says.
@@ -236,13 +236,4 @@ impl<'a> Shapes<'a> {
         let usable = |name: &String| known.get(name).is_none_or(|known| known == material);
         (1..).map(|k| if k == 1 { name.to_string() } else { format!("{name} {k}") }).find(usable).unwrap_or_default()
     }
-}
-
-/// That the transform does not flatten what it moves.
-fn check_regular(shape: &Object, transform: &DAffine3) -> Result<()> {
-    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = transform.matrix3;
-    if x.cross(y).dot(z).abs() > 1e-7 * x.length() * y.length() * z.length() {
-        return Ok(());
-    }
-    Err(shape.error("its transform flattens it"))
 }

@@ -1,8 +1,8 @@
 //! Textures: colours and numbers that are constant or of a picture.
 
-use super::object::{Item, Object, Objects, Value};
-use super::xml;
 use crate::Result;
+use crate::format::xml;
+use crate::format::xml::object::{Item, Object, Objects, Value};
 use crate::image::picture::{Picture, Samples};
 use crate::math::Rgb;
 use crate::math::luminance;
@@ -14,7 +14,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 /// Reads textures, and keeps pictures that are in no file.
-pub(super) struct Textures<'a> {
+pub(crate) struct Textures<'a> {
     pub(crate) objects: &'a Objects,
     embedded: RefCell<EmbeddedPictures>,
 }

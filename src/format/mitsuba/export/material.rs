@@ -58,6 +58,7 @@ fn model(bsdf: &BsdfDescription) -> Result<Element, String> {
             let glass = glass.color("specular_reflectance", d.specular_reflectance);
             Ok(glass.color("specular_transmittance", d.specular_transmittance))
         }
+        D::Plastic(p) if p.additive && p.alpha > 0.0 && !p.energy_conserving => Err("a coat beside its base".into()),
         D::Plastic(p) if p.energy_conserving && p.alpha > 0.0 => Err("a rough coat that conserves energy".into()),
         D::Plastic(p) => {
             let coat = indices(rough(["plastic", "roughplastic"], p.alpha, p.distribution), p.int_ior, p.ext_ior);

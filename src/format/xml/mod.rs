@@ -1,11 +1,15 @@
-//! From XML to objects with properties: includes, defaults, and names in the spelling of Mitsuba 3.
+//! From XML to objects with properties: includes, defaults, and names in the spelling of Mitsuba 3. Scenes of Mitsuba and of
+//! nori are both `<scene>`, and their readers share what is here.
 
-use super::object::{Item, Object, Objects, Value};
-use super::{color, transform};
+pub(crate) mod color;
+pub(crate) mod object;
+pub(crate) mod transform;
+
 use crate::document::read_text;
 use crate::error::SourceLocation;
 use crate::io::paths;
 use crate::{Error, Result};
+use object::{Dialect, Item, Object, Objects, Value};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -18,14 +22,19 @@ const DEEPEST: usize = 64;
 const DEEPEST_INCLUDE: usize = 16;
 const MOST_INCLUDES: usize = 1000;
 
+/// What stands in scenes of Mitsuba alone.
+const MITSUBAS: &[&str] = &["alias", "default", "include", "luminaire", "sensor", "shape"];
+
 /// The tags of what is made of properties and other objects.
 const OBJECTS: &[&str] = &[
     "bsdf",
     "emitter",
     "luminaire",
     "film",
+    "guider",
     "integrator",
     "medium",
+    "mesh",
     "phase",
     "rfilter",
     "sampler",
@@ -35,6 +44,7 @@ const OBJECTS: &[&str] = &[
     "shape",
     "spectrum",
     "subsurface",
+    "test",
     "texture",
     "volume",
 ];
@@ -43,18 +53,18 @@ const OBJECTS: &[&str] = &[
 ///
 /// # Errors
 /// With file and line: text that is no XML, a tag that is not known, a value that is none, a `$name` that nothing says.
-pub(super) fn read(path: &Path) -> Result<Objects> {
+pub(crate) fn read(path: &Path) -> Result<Objects> {
     let mut reader = Reader::default();
     let root = reader.file(path, 0)?;
-    Ok(Objects::new(root, reader.ids, reader.version))
+    Ok(Objects::new(root, reader.ids, reader.dialect))
 }
 
 #[derive(Default)]
 struct Reader {
     ids: HashMap<String, Rc<Object>>,
     defaults: HashMap<String, String>,
-    /// The version of the file that was opened first.
-    version: f64,
+    /// That of the file that was opened first.
+    dialect: Dialect,
     includes: usize,
 }
 
@@ -92,9 +102,7 @@ impl Reader {
             return Err(source.fault(root, message));
         }
         if depth == 0 {
-            let version = root.attribute("version").unwrap_or("3.0.0");
-            let number = version.splitn(3, '.').take(2).collect::<Vec<_>>().join(".").parse();
-            self.version = number.map_err(|_| source.fault(root, format!("`{version}` is no version")))?;
+            self.dialect = dialect(&source, root)?;
         }
         let object = self.object(&source, root, 0)?;
         Ok(Rc::new(object))
@@ -122,6 +130,8 @@ impl Reader {
     fn child(&mut self, source: &Source, node: Node, parent: &mut Object, depth: usize) -> Result<()> {
         let tag = node.tag_name().name();
         let is_object = OBJECTS.contains(&tag) && (tag != "spectrum" || node.attribute("type").is_some());
+        // programs of courses add kinds of objects to nori
+        let is_object = is_object || self.dialect == Dialect::Nori && node.attribute("type").is_some();
         match tag {
             "default" => {
                 let (name, value) = (self.needed(source, node, "name")?, self.needed(source, node, "value")?);
@@ -194,7 +204,7 @@ impl Reader {
                 let text = value(self)?;
                 Value::Color(color::rgb(&text, tag == "srgb").ok_or_else(|| bad("a colour", &text))?)
             }
-            "spectrum" => self.spectrum(source, node, shines && self.version >= 2.0)?,
+            "spectrum" => self.spectrum(source, node, shines && !self.dialect.is_old())?,
             "blackbody" => {
                 return Err(source.fault(node, "<blackbody> is not read: say the light as <rgb>"));
             }
@@ -238,6 +248,11 @@ impl Reader {
         Ok(found.into())
     }
 
+    fn three(&self, source: &Source, node: Node, text: &str) -> Result<glam::DVec3> {
+        let found = color::numbers(text).and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+        found.map(Into::into).ok_or_else(|| source.fault(node, format!("`{text}` is not three numbers")))
+    }
+
     fn number(&self, source: &Source, node: Node, text: &str) -> Result<f64> {
         let number = text.trim().parse().ok().filter(|x: &f64| x.is_finite());
         number.ok_or_else(|| source.fault(node, format!("`{text}` is not a number")))
@@ -254,14 +269,16 @@ impl Reader {
                 "rotate" => {
                     let angle = self.needed(source, step, "angle")?;
                     let angle = self.number(source, step, &angle)?;
-                    transform::rotation(self.vector(source, step, 0.0)?, angle)
-                        .ok_or_else(|| fault("the axis of a rotation is not zero"))?
+                    let axis = match self.attribute(source, step, "axis")? {
+                        Some(text) => self.three(source, step, &text)?,
+                        None => self.vector(source, step, 0.0)?,
+                    };
+                    transform::rotation(axis, angle).ok_or_else(|| fault("the axis of a rotation is not zero"))?
                 }
                 "lookat" | "lookAt" => {
                     let point = |name: &str| -> Result<Option<glam::DVec3>> {
                         let Some(text) = self.attribute(source, step, name)? else { return Ok(None) };
-                        let found = color::numbers(&text).and_then(|n| <[f64; 3]>::try_from(n).ok());
-                        found.map(|n| Some(n.into())).ok_or_else(|| fault("a place must be three numbers"))
+                        self.three(source, step, &text).map(Some)
                     };
                     let (origin, target, up) = (point("origin")?, point("target")?, point("up")?);
                     let (Some(origin), Some(target)) = (origin, target) else {
@@ -294,6 +311,9 @@ impl Reader {
     /// An attribute, in which `$name` stands for what a default says. What a default says is not looked into again.
     fn attribute(&self, source: &Source, node: Node, name: &str) -> Result<Option<String>> {
         let Some(text) = node.attribute(name) else { return Ok(None) };
+        if self.dialect == Dialect::Nori {
+            return Ok(Some(text.to_string()));
+        }
         let mut parts = text.split('$');
         let mut all = parts.next().unwrap_or_default().to_string();
         for part in parts {
@@ -313,8 +333,20 @@ impl Reader {
     }
 }
 
+/// A scene without a version and without anything that is Mitsuba's alone is one of nori.
+fn dialect(source: &Source, root: Node) -> Result<Dialect> {
+    let foreign = |node: Node| MITSUBAS.contains(&node.tag_name().name());
+    let version = match root.attribute("version") {
+        Some(version) => version,
+        None if root.children().any(foreign) => "3.0.0",
+        None => return Ok(Dialect::Nori),
+    };
+    let number = version.splitn(3, '.').take(2).collect::<Vec<_>>().join(".").parse();
+    number.map(Dialect::Mitsuba).map_err(|_| source.fault(root, format!("`{version}` is no version")))
+}
+
 /// The file that a scene means by a name.
-pub(super) fn file(scene: &Path, name: &str) -> PathBuf {
+pub(crate) fn file(scene: &Path, name: &str) -> PathBuf {
     paths::resolve(scene.parent().unwrap_or(Path::new("")), name.as_bytes())
 }
 

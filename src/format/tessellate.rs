@@ -52,7 +52,7 @@ impl Builder {
 }
 
 /// [−1, 1]² in the plane z = 0, seen from +z.
-pub(super) fn rectangle() -> Arc<Model> {
+pub(crate) fn rectangle() -> Arc<Model> {
     let mut b = Builder::default();
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let corners = corners.map(|[u, v]| b.vertex(DVec3::new(2.0 * u - 1.0, 2.0 * v - 1.0, 0.0), DVec3::Z, [u, v]));
@@ -61,7 +61,7 @@ pub(super) fn rectangle() -> Arc<Model> {
 }
 
 /// [−1, 1]³.
-pub(super) fn cube() -> Arc<Model> {
+pub(crate) fn cube() -> Arc<Model> {
     const FACES: [[[f64; 3]; 4]; 6] = [
         [[1.0, -1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, -1.0, -1.0]],
         [[1.0, 1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, 1.0, 1.0], [1.0, 1.0, 1.0]],
@@ -80,7 +80,7 @@ pub(super) fn cube() -> Arc<Model> {
 }
 
 /// About the origin, with radius 1; z is its axis.
-pub(super) fn sphere() -> Arc<Model> {
+pub(crate) fn sphere() -> Arc<Model> {
     // the area of the bands between rows, with radius 1
     let at = |row: usize, column: usize| {
         let (theta, phi) = (PI * row as f64 / ROWS as f64, TAU * column as f64 / SEGMENTS as f64);
@@ -125,7 +125,7 @@ fn circle(factor: f64) -> impl Iterator<Item = (f64, DVec2, DVec2)> {
 }
 
 /// About the origin in the plane z = 0, with radius 1, seen from +z.
-pub(super) fn disk() -> Arc<Model> {
+pub(crate) fn disk() -> Arc<Model> {
     let step = TAU / SEGMENTS as f64;
     let mut b = Builder::default();
     for (share, _, p) in circle((step / step.sin()).sqrt()) {
@@ -139,7 +139,7 @@ pub(super) fn disk() -> Arc<Model> {
 }
 
 /// From z = 0 to z = 1 about the z axis, with radius 1, open at both ends, seen from outside.
-pub(super) fn cylinder() -> Arc<Model> {
+pub(crate) fn cylinder() -> Arc<Model> {
     let half = PI / SEGMENTS as f64;
     let mut b = Builder::default();
     for (share, n, p) in circle(half / half.sin()) {

@@ -4,13 +4,13 @@ use crate::image::srgb;
 use crate::math::Rgb;
 
 /// Numbers between commas and blanks; `None` where one of them is none.
-pub(super) fn numbers(text: &str) -> Option<Vec<f64>> {
+pub(crate) fn numbers(text: &str) -> Option<Vec<f64>> {
     let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
     words.map(|word| word.parse().ok().filter(|x: &f64| x.is_finite())).collect()
 }
 
 /// Three numbers, or one for all, or `#rrggbb`, which is sRGB as what `encoded` says so of.
-pub(super) fn rgb(text: &str, encoded: bool) -> Option<Rgb> {
+pub(crate) fn rgb(text: &str, encoded: bool) -> Option<Rgb> {
     let text = text.trim();
     if let Some(digits) = text.strip_prefix('#') {
         let value = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6)?;
@@ -29,7 +29,7 @@ const EVEN: Rgb = Rgb::new(1.204_88, 0.948_228, 0.909_267);
 
 /// A number, or pairs of a wavelength in nm and a number with `:` or a blank between them, one after the other. `even`: an even
 /// spectrum of 1 is even light; else it is the white of screens, as for what reflects.
-pub(super) fn spectrum(text: &str, even: bool) -> Option<Rgb> {
+pub(crate) fn spectrum(text: &str, even: bool) -> Option<Rgb> {
     let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
     let text = lines.collect::<Vec<_>>().join(" ").replace(':', " ");
     let numbers = numbers(&text)?;

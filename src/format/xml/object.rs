@@ -8,9 +8,30 @@ use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
 
+/// Whose scene it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Dialect {
+    /// Of this version.
+    Mitsuba(f64),
+    Nori,
+}
+
+impl Dialect {
+    /// Versions of Mitsuba before 2 have other defaults.
+    pub(crate) fn is_old(self) -> bool {
+        matches!(self, Dialect::Mitsuba(version) if version < 2.0)
+    }
+}
+
+impl Default for Dialect {
+    fn default() -> Dialect {
+        Dialect::Mitsuba(3.0)
+    }
+}
+
 /// What a property may be.
 #[derive(Clone, Debug)]
-pub(super) enum Value {
+pub(crate) enum Value {
     Flag(bool),
     Number(f64),
     Text(String),
@@ -25,7 +46,7 @@ pub(super) enum Value {
 
 /// Something that an object says.
 #[derive(Clone, Debug)]
-pub(super) struct Item {
+pub(crate) struct Item {
     /// Empty where it has none.
     pub(crate) name: String,
     pub(crate) at: SourceLocation,
@@ -41,7 +62,7 @@ impl Item {
 
 /// `<bsdf type="diffuse">` with all that is in it.
 #[derive(Clone, Debug)]
-pub(super) struct Object {
+pub(crate) struct Object {
     pub(crate) tag: String,
     pub(crate) kind: String,
     pub(crate) id: Option<String>,
@@ -139,21 +160,21 @@ impl Object {
 }
 
 /// A whole scene's objects.
-pub(super) struct Objects {
+pub(crate) struct Objects {
     pub(crate) root: Rc<Object>,
     ids: HashMap<String, Rc<Object>>,
-    pub(crate) version: f64,
+    pub(crate) dialect: Dialect,
     warnings: RefCell<Vec<String>>,
 }
 
 impl Objects {
-    pub(crate) fn new(root: Rc<Object>, ids: HashMap<String, Rc<Object>>, version: f64) -> Objects {
-        Objects { root, ids, version, warnings: RefCell::default() }
+    pub(crate) fn new(root: Rc<Object>, ids: HashMap<String, Rc<Object>>, dialect: Dialect) -> Objects {
+        Objects { root, ids, dialect, warnings: RefCell::default() }
     }
 
-    /// Versions before 2 have other defaults.
+    /// As of [`Dialect::is_old`].
     pub(crate) fn is_old(&self) -> bool {
-        self.version < 2.0
+        self.dialect.is_old()
     }
 
     pub(crate) fn warn(&self, at: &SourceLocation, message: impl std::fmt::Display) {
