@@ -98,6 +98,7 @@ class _Render:
     def arguments(self, program: Path) -> list[str]:
         arguments = [str(program), "render", str(self.path), "-o", str(self.picture), "--progress", "json"]
         arguments += ["--threads", str(self.settings.threads)]
+        arguments += ["--preview", str(self.preview), "--every", f"{self.settings.every}s"]
 
         return arguments + (["--denoise"] if self.settings.denoise else [])
 

@@ -171,10 +171,10 @@ def several(engine: str, runs: int = 6, samples: int = 64) -> np.ndarray:
 
 
 def blocks(pictures: np.ndarray, side: int) -> np.ndarray:
-    """Means of blocks: runs, and then all blocks and colours."""
+    """Means of blocks, and of the whole: runs, and then all blocks and colours."""
     runs, height, width, colors = pictures.shape
     cut = pictures.reshape(runs, height // side, side, width // side, side, colors)
-    return cut.mean(axis=(2, 4)).reshape(runs, -1)
+    return np.concatenate([cut.mean(axis=(2, 4)).reshape(runs, -1), pictures.mean(axis=(1, 2))], axis=1)
 
 
 def t_limit(freedom: np.ndarray, tail: float) -> np.ndarray:

@@ -12,7 +12,7 @@ from .fields import Constant, Field, Picture, VertexColors, constant
 from .images import Images
 from .nodes import Evaluator, Place
 from .shaders import surface_of
-from .surfaces import COLORS, METALS, NUMBERS, Surface
+from .surfaces import COLORS, METALS, NUMBERS, OPAQUE, Surface
 
 #: What objects without a material are made of, as in Cycles.
 _DEFAULT_REFLECTANCE = 0.8
@@ -105,7 +105,9 @@ class _Writer:
             table["opacity"] = self._number(surface.opacity, "opacity")
         if surface.emission is not None:
             table["emission"] = self._color(surface.emission, "emission")
-            table["emission_two_sided"] = True
+            table["emission_two_sided"] = surface.emission_two_sided
+        if not surface.two_sided and surface.kind in OPAQUE:
+            table["two_sided"] = False
         if surface.relief is not None:
             self._relief(surface.relief)
 

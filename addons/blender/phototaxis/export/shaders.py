@@ -9,7 +9,7 @@ import numpy as np
 from .fields import Constant, Field, Picture, VertexColors, constant
 from .nodes import Evaluator, Place
 from .principled import principled, reflectance_of_index
-from .surfaces import Surface, black, blend, complement, is_black, plus, shown, times
+from .surfaces import OPAQUE, Surface, black, blend, complement, is_black, plus, same, scatter_alike, shown, times
 
 _MIRROR_BELOW = 1e-4
 
@@ -104,12 +104,28 @@ def _emission(place: Place, evaluator: Evaluator) -> Surface:
 
 def _mix(place: Place, evaluator: Evaluator) -> Surface:
     first, second = (Place(s, place.groups) for s in place.node.inputs[1:3])
-    fresnel = _fresnel(Place(place.node.inputs[0], place.groups), evaluator)
+    factor = Place(place.node.inputs[0], place.groups)
     a, b = surface_of(first, evaluator), surface_of(second, evaluator)
+    by = factor.source()
+    if by is not None and by.node.type == "NEW_GEOMETRY" and by.socket.name == "Backfacing":
+        return _sides(a, b, evaluator)
+    fresnel = _fresnel(factor, evaluator)
     if fresnel is not None and (coated := _coated(a, b, fresnel)) is not None:
         return coated
-    share = constant(0.1) if fresnel is not None else evaluator.field(Place(place.node.inputs[0], place.groups), 0.5)
+    share = constant(0.1) if fresnel is not None else evaluator.field(factor, 0.5)
     return mixed(a, b, share, evaluator)
+
+
+def _sides(front: Surface, back: Surface, evaluator: Evaluator) -> Surface:
+    """A surface whose back is another: it may be black, and it may not shine."""
+    alike = scatter_alike(front, back)
+    if not alike and not (is_black(back) and front.kind in OPAQUE):
+        evaluator.warn("a back that is another surface has no counterpart; it is as the front")
+        return front
+    shines_alike = back.emits and front.emits and same(front.emission, back.emission)
+    if back.emits and not shines_alike:
+        evaluator.warn("a back that shines otherwise has no counterpart; it is dark")
+    return replace(front, two_sided=alike or is_black(front), emission_two_sided=shines_alike)
 
 
 def _fresnel(place: Place, evaluator: Evaluator) -> float | None:
@@ -127,12 +143,23 @@ def _fresnel(place: Place, evaluator: Evaluator) -> float | None:
 def _coated(base: Surface, coat: Surface, ior: float) -> Surface | None:
     """A gloss over a diffuse base, by Fresnel's law."""
     gloss = coat.values.get("specular_reflectance")
+    if base.kind == "null" and not base.emits and coat.kind == "conductor" and coat.values["alpha"] == 0:
+        return _pane(coat, ior)
     if base.kind != "diffuse" or coat.kind != "conductor" or not isinstance(gloss, Constant) or reflectance_of_index(ior) == 0:
         return None
     values = {"reflectance": base.values["reflectance"], "int_ior": ior, "alpha": coat.values["alpha"], "energy_conserving": True}
     if gloss.color.min() < 1:
         values["specular_reflectance"] = Constant(np.clip(gloss.color, 0, 1))
     return replace(base, kind="plastic", values=values, relief=base.relief or coat.relief)
+
+
+def _pane(coat: Surface, ior: float) -> Surface | None:
+    """A smooth reflection over what light passes unbent is a thin pane of glass."""
+    gloss = coat.values["specular_reflectance"]
+    if not isinstance(gloss, Constant):
+        return None
+    values = {"int_ior": ior, "thin": True}
+    return Surface("dielectric", values if gloss.color.min() >= 1 else values | {"specular_reflectance": gloss}, relief=coat.relief)
 
 
 def mixed(a: Surface, b: Surface, share: Field, evaluator: Evaluator) -> Surface:
@@ -210,6 +237,8 @@ def _add(place: Place, evaluator: Evaluator) -> Surface:
     for black_one, other in ((b, a), (a, b)):
         if is_black(black_one):
             return replace(other, emission=emission)
+    if {a.kind, b.kind} == {"diffuse", "diffuse_transmitter"} and (both := _sum_of_sides(a, b)) is not None:
+        return replace(both, emission=emission)
     for passing, other in ((a, b), (b, a)):
         if passing.kind == "null" and not is_black(other):
             evaluator.warn("a sum with a transparent shader has no counterpart; the other stands alone")
@@ -220,6 +249,14 @@ def _add(place: Place, evaluator: Evaluator) -> Surface:
             return replace(a, values={"reflectance": reflectance}, emission=emission)
     evaluator.warn(f"a sum of '{a.kind}' and '{b.kind}' has no counterpart; the first stands alone")
     return replace(a, emission=emission)
+
+
+def _sum_of_sides(a: Surface, b: Surface) -> Surface | None:
+    """Light that is scattered back and light that is let through."""
+    values = {}
+    for key in ("reflectance", "transmittance"):
+        values[key] = plus(a.values.get(key, constant(0.0)), b.values.get(key, constant(0.0)))
+    return None if None in values.values() else Surface("diffuse_transmitter", values, relief=a.relief or b.relief)
 
 
 def _relief(place: Place | None, evaluator: Evaluator) -> dict | None:

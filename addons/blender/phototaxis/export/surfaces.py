@@ -14,6 +14,8 @@ COLORS = {"reflectance", "transmittance", "base_color"}
 NUMBERS = {"metallic", "roughness", "specular"}
 #: Reflections of metals and mirrors take a picture; those of glass and coats do not.
 METALS = {"conductor", "mirror"}
+#: Kinds through which no light passes.
+OPAQUE = {"diffuse", "mirror", "conductor", "plastic", "principled"}
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,9 @@ class Surface:
     emission: Field | None = None
     opacity: Field | None = None
     relief: dict[str, Any] | None = None
+    #: Whether the back shines and scatters as the front does; else it is dark, and black.
+    emission_two_sided: bool = True
+    two_sided: bool = True
 
     @property
     def emits(self) -> bool:
@@ -82,4 +87,17 @@ def shown(surface: Surface, share: Field) -> Surface | None:
     return None
 
 
-__all__ = ["COLORS", "Constant", "Field", "METALS", "NUMBERS", "Picture", "Surface", "VertexColors"]
+def scatter_alike(a: Surface, b: Surface) -> bool:
+    return a.kind == b.kind and a.values.keys() == b.values.keys() and all(same(v, b.values[k]) for k, v in a.values.items())
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two fields or other values say the same."""
+    if isinstance(a, Constant) and isinstance(b, Constant):
+        return bool((a.color == b.color).all())
+    if isinstance(a, Picture) and isinstance(b, Picture):
+        untouched = a.pixels is None and b.pixels is None or a.pixels is not None and np.array_equal(a.pixels, b.pixels)
+        return untouched and a.image == b.image and a.mapping == b.mapping and a.channel == b.channel and bool((a.tint == b.tint).all())
+    if isinstance(a, VertexColors) and isinstance(b, VertexColors):
+        return a.layer == b.layer and bool((a.tint == b.tint).all())
+    return type(a) is type(b) and a == b

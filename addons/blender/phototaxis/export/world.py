@@ -14,7 +14,7 @@ from .nodes import Evaluator, Place
 from .surfaces import times
 
 #: From the frame of a picture of surroundings (its middle is +z, the first row +y) to Blender's (middle +x, first row +z).
-_PICTURE_TO_BLENDER = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+PICTURE_TO_BLENDER = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
 def export(world, images: Images, warnings: Warnings) -> list[dict[str, Any]]:
@@ -85,7 +85,7 @@ def _environment(picture: Picture, evaluator: Evaluator) -> list[dict[str, Any]]
     file = file or evaluator.images.baked(picture)
     if file is None:
         return []
-    to_world = picture.rotation.T @ _PICTURE_TO_BLENDER
+    to_world = picture.rotation.T @ PICTURE_TO_BLENDER
     rows = [[*(float(v) for v in row), 0.0] for row in to_world] + [[0.0, 0.0, 0.0, 1.0]]
     scale = [float(max(c, 0)) for c in picture.tint]
     return [{"type": "environment", "path": file, "scale": scale, "to_world": rows}]

@@ -1,2 +1,5 @@
-class NotAScene(Exception): pass
-def import_scene(*a, **k): raise NotAScene("later")
+"""Scene files, and what the program can make scene files of, as scenes of Blender."""
+
+from .scene import NotAScene, import_scene
+
+__all__ = ["NotAScene", "import_scene"]
