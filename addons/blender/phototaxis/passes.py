@@ -50,7 +50,8 @@ def wanted(view_layer, denoised: bool) -> list[Pass]:
         (own.use_pass_samples, Pass("Samples", "X", "VALUE", ("samples.Y",))),
         (denoised, Pass("Noisy Image", "RGBA", "COLOR", ("R", "G", "B", "A"))),
     ]
-    return [each for is_wanted, each in all_of_them if is_wanted] + _cryptomattes(view_layer)
+    groups = [_color(f"Combined_{group.name}", f"light_group_{group.name}", "light_groups") for group in view_layer.lightgroups]
+    return [each for is_wanted, each in all_of_them if is_wanted] + groups + _cryptomattes(view_layer)
 
 
 def _color(name: str, layer: str, asked: str | None = None) -> Pass:

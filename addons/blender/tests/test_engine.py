@@ -111,6 +111,59 @@ class Engine(unittest.TestCase):
             bpy.ops.render.render(write_still=True)
         self.assertGreater(blender_picture(FOLDER / "cancelled.exr")[:, :, :3].min(), 0)
 
+    def test_the_picture_grows_while_it_renders(self):
+        scene = still_life()
+        scene.phototaxis.spp, scene.phototaxis.every, scene.render.engine = 10_000_000, 1, "PHOTOTAXIS"
+        scene.render.filepath = str(FOLDER / "grown.exr")
+        shown: list[float] = []
+
+        def fill(layer, picture, wanted):
+            shown.append(float(picture.channels["samples.Y"].min()))
+            passes_fill(layer, picture, wanted)
+
+        passes_fill = passes.fill
+        with unittest.mock.patch("phototaxis.passes.fill", fill):
+            with unittest.mock.patch("phototaxis.engine._Render.is_cancelled", lambda _: len(shown) >= 2):
+                bpy.ops.render.render(write_still=True)
+        self.assertGreaterEqual(len(shown), 3)
+        self.assertGreater(shown[0], 0)
+        self.assertLess(shown[0], shown[-1])
+        self.assertGreater(blender_picture(FOLDER / "grown.exr")[:, :, :3].min(), 0)
+
+    def test_the_film_is_opaque_or_transparent(self):
+        scene = still_life()
+        bpy.data.objects.remove(bpy.data.objects["ground"])
+        scene.world = None
+        for transparent, least in ((False, 1.0), (True, 0.0)):
+            scene.render.film_transparent = transparent
+            ours, theirs = (render(e, samples=32)[:, :, 3] for e in ("PHOTOTAXIS", "CYCLES"))
+            with self.subTest(transparent=transparent):
+                self.assertEqual((theirs.min(), theirs.max()), (least, 1.0))
+                self.assertEqual((ours.min(), ours.max()), (least, 1.0))
+                self.assertLess(abs(ours.mean() - theirs.mean()), 0.01)
+
+    def test_without_lights_it_is_dark(self):
+        scene = still_life()
+        scene.world = None
+        bpy.data.objects.remove(bpy.data.objects["area"])
+        self.assertEqual(render("PHOTOTAXIS", samples=4)[:, :, :3].max(), 0)
+
+    def test_light_groups_are_passes(self):
+        scene = still_life()
+        layer = bpy.context.view_layer
+        for name in ("lamp", "around"):
+            layer.lightgroups.add(name=name)
+        bpy.data.objects["area"].lightgroup, scene.world.lightgroup = "lamp", "around"
+        scene.phototaxis.spp, scene.render.engine = 8, "PHOTOTAXIS"
+        scene.render.image_settings.file_format, scene.render.image_settings.exr_codec = "OPEN_EXR_MULTILAYER", "ZIP"
+        scene.render.filepath = str(FOLDER / "groups.exr")
+        bpy.ops.render.render(write_still=True)
+        found = exr.read(FOLDER / "groups.exr").channels
+        parts = [found[f"{layer.name}.Combined_{name}.G"].astype(float) for name in ("lamp", "around")]
+        self.assertGreater(min(part.mean() for part in parts), 0)
+        whole = found[f"{layer.name}.Combined.G"].astype(float)
+        self.assertLess(abs(sum(part.mean() for part in parts) / whole.mean() - 1), 0.02)
+
     def test_settings_of_all_methods_are_understood(self):
         scene = still_life(8)
         for method in ("auto", "adaptive", "grid", "voronoi", "sdtree", "none"):

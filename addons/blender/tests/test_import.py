@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from phototaxis import exr, ply, preferences
-from support import FOLDER, different, empty_scene, exported, steps, picture_file
+from support import FOLDER, different, empty_scene, exported, picture_file, several, steps
 
 SCENES = Path(__file__).resolve().parents[3] / "scenes"
 RUNS = 6
@@ -88,6 +88,12 @@ class Import(unittest.TestCase):
 
     def test_the_projects_own_scene(self):
         self.same(SCENES / "cornell.toml", (32, 32))
+
+    def test_cycles_renders_what_is_imported_alike(self):
+        imported(SCENES / "cornell.toml")
+        scene = bpy.context.scene
+        scene.render.resolution_x = scene.render.resolution_y = 32
+        self.assertIsNone(different(by_hand(SCENES / "cornell.toml", (32, 32), 64), several("CYCLES", RUNS, 64)))
 
     def test_a_changed_scene_is_noticed(self):
         theirs = by_hand(SCENES / "cornell.toml", (32, 32), 64)

@@ -126,3 +126,24 @@ class Worlds(unittest.TestCase):
                     a, b = (p.reshape(8, 4, 8, 4, 3).mean(axis=(1, 3)) for p in (ours, theirs))
                     self.assertGreater(np.ptp(b), 0.3)
                     self.assertLess(np.abs(a - b).max(), 0.04)
+
+    def test_skies(self):
+        scene = empty_scene(8)
+        ground = quad(2, grey(0.8))
+        # Below the horizon the skies differ.
+        quad(20000, grey(0.0), "horizon", location=(0, 0, -2))
+        scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 0.5
+        around = world(2.0)
+        sky = node(around, "ShaderNodeTexSky")
+        link(around, sky.outputs[0], around.node_tree.nodes["Background"].inputs["Color"])
+        names = [item.identifier for item in sky.bl_rna.properties["sky_type"].enum_items]
+        for kind, turns, share in (("HOSEK_WILKIE", (-0.9, 0.9), 0.05), ("PREETHAM", (-0.9, 0.9), 0.4), ("NISHITA", (0.9,), 0.25)):
+            # Where the sun stands shows in what leans to the east gets, beside what leans to the west.
+            for turn in turns if kind in names else ():
+                sky.sky_type, sky.sun_direction, ground.rotation_euler = kind, (0.5, 0.2, 0.6), (0, turn, 0)
+                if kind == "NISHITA":
+                    sky.sun_elevation, sky.sun_rotation = 0.8, 1.0
+                with self.subTest(kind=kind, turn=turn):
+                    ours, theirs = (render(e, samples=128)[:, :, :3].mean() for e in ("PHOTOTAXIS", "CYCLES"))
+                    self.assertGreater(theirs, 0)
+                    self.assertLess(abs(ours / theirs - 1), share)

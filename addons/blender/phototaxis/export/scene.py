@@ -20,6 +20,8 @@ from .settings import sections
 #: The head of a scene file tells the importer that z points up.
 Z_UP = "Z-up"
 _MESHES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+#: Lights that are seen where nothing else is, so that the picture is opaque there.
+_BACKGROUNDS = ("constant", "environment")
 _NOT_RENDERED = {"EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE", "LIGHT", "GPENCIL", "GREASEPENCIL"}
 
 
@@ -84,8 +86,6 @@ class _Writer:
         return toml.document(document, f"{Z_UP}. Written by the Phototaxis add-on for Blender.")
 
     def of_the_scene(self) -> None:
-        if self.scene.render.film_transparent:
-            self.warnings.add("a transparent film has no counterpart: surroundings are in the picture")
         if self.scene.render.use_motion_blur:
             self.warnings.add("motion blur has no counterpart")
 
@@ -118,6 +118,7 @@ class _Writer:
             return
         group = instanced.lightgroup
         if isinstance(light, dict):
+            self.warn_of_a_sun(instanced, light)
             self.tables["light"].append(light | ({"light_group": group} if group else {}))
             return
         path = unused(self.folder, instanced.name, ".ply")
@@ -125,6 +126,11 @@ class _Writer:
         table = {"type": "null", "emission": [float(c) for c in light.radiance]} | ({"light_group": group} if group else {})
         self.tables["mesh"].append({"path": self.images.name(path), "material": self.materials.add(f"light {instanced.name}", table)})
         if self.is_seen(light):
+            self.warnings.add(f"light '{instanced.data.name}' has a size: the camera sees it, which it does not in Cycles")
+
+    def warn_of_a_sun(self, instanced, light: dict[str, Any]) -> None:
+        eye = np.array(self.scene.camera.matrix_world, float)[:3, 3]
+        if light["type"] == "sun" and camera.shows(self.scene, self.scene.camera, (eye - 1e6 * np.array(light["direction"]))[None]):
             self.warnings.add(f"light '{instanced.data.name}' has a size: the camera sees it, which it does not in Cycles")
 
     def is_seen(self, lamp: lights.Lamp) -> bool:
@@ -192,8 +198,13 @@ class _Writer:
     def surroundings(self) -> None:
         around = getattr(self.view_layer, "world_override", None) or self.scene.world
         group = around.lightgroup if around and hasattr(around, "lightgroup") else ""
-        for light in world.export(around, self.images, self.warnings):
-            self.tables["light"].append(light | ({"light_group": group} if group else {}))
+        found = world.export(around, self.images, self.warnings)
+        if self.scene.render.film_transparent and found:
+            self.warnings.add("a transparent film is one only where nothing shines around: the world is in the picture")
+        if not self.scene.render.film_transparent and not any(light["type"] in _BACKGROUNDS for light in found):
+            # A black one: the film is opaque where nothing is seen, and dark scenes stay dark.
+            found.append({"type": "constant", "radiance": 0.0})
+        self.tables["light"] += [light | ({"light_group": group} if group else {}) for light in found]
 
 
 @dataclass

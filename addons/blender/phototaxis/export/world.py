@@ -15,6 +15,9 @@ from .surfaces import times
 
 #: From the frame of a picture of surroundings (its middle is +z, the first row +y) to Blender's (middle +x, first row +z).
 PICTURE_TO_BLENDER = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+#: Blender's skies by ours, of a surface that looks up. That of Hošek and Wilkie is in 2π/683 of our unit; Preetham's has no unit, and
+#: the one without a name scatters light once, so that it is darker than the sky is. With its sun, which is most of its light, it is as ours.
+SKIES = {"HOSEK_WILKIE": 2 * math.pi / 683, "PREETHAM": 1 / 15, "NISHITA": 1 / 2.8}
 
 
 def export(world, images: Images, warnings: Warnings) -> list[dict[str, Any]]:
@@ -97,23 +100,26 @@ def _sky_node(place: Place | None):
 
 
 def _sky(place: Place, strength: float, evaluator: Evaluator) -> list[dict[str, Any]]:
-    """A clear sky. Blender's models are others than Hošek and Wilkie's with its sun, which stands for all of them."""
+    """A clear sky. Blender's models are others than Hošek and Wilkie's with its sun, but for that of this name."""
     node = place.node
-    evaluator.warn("a sky is one of Hošek and Wilkie's: its brightness and colours are about those of Blender's")
     sky: dict[str, Any] = {"type": "sky", "up": [0.0, 0.0, 1.0]}
     if node.sky_type in ("PREETHAM", "HOSEK_WILKIE"):
         sun = np.array(node.sun_direction[:], float)
         sky |= {"turbidity": min(max(node.turbidity, 1.0), 10.0), "sun": False}
         if node.sky_type == "HOSEK_WILKIE":
             sky["ground_albedo"] = float(node.ground_albedo)
+        scale = SKIES[node.sky_type]
     else:
         up, turn = node.sun_elevation, node.sun_rotation
         sun = np.array([math.sin(turn) * math.cos(up), math.cos(turn) * math.cos(up), math.sin(up)])
         dust = getattr(node, "dust_density", getattr(node, "aerosol_density", 1.0))
         sky |= {"turbidity": min(max(2.0 + dust, 1.0), 10.0), "sun": bool(node.sun_disc)}
+        scale = 1.0 if node.sun_disc else SKIES["NISHITA"]
         if node.sun_disc and abs(node.sun_intensity - 1) > 1e-6:
             evaluator.warn("the sun's own intensity is left out")
+    if node.sky_type != "HOSEK_WILKIE":
+        evaluator.warn("a sky is one of Hošek and Wilkie's: its brightness and colours are about those of Blender's")
     if sun[2] < 0:
         evaluator.warn("the sun stands on the horizon, not below it")
         sun[2] = 0.0
-    return [sky | {"sun_direction": [float(v) for v in sun], "scale": float(strength)}]
+    return [sky | {"sun_direction": [float(v) for v in sun], "scale": float(strength * scale)}]

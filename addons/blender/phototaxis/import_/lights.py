@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from ..export.world import PICTURE_TO_BLENDER
+from ..export.world import PICTURE_TO_BLENDER, SKIES
 from ..warnings import Warnings
 from .materials import Nodes, load
 
@@ -137,7 +137,8 @@ def _sky(table, background, nodes: Nodes, world: Matrix, warnings: Warnings) -> 
     node.sun_disc = table.get("sun", True)
     dust = max(table.get("turbidity", 3.0) - 2.0, 0.0)
     setattr(node, "dust_density" if hasattr(node, "dust_density") else "aerosol_density", dust)
-    background.inputs["Strength"].default_value = table.get("scale", 1.0)
+    # Without its sun Blender's sky is darker, as the exporter has it.
+    background.inputs["Strength"].default_value = table.get("scale", 1.0) / (1.0 if node.sun_disc else SKIES["NISHITA"])
     nodes.link(node.outputs["Color"], background.inputs["Color"])
 
 
