@@ -29,7 +29,7 @@ class PhototaxisEngine(bpy.types.RenderEngine):
     bl_use_postprocess = True
 
     #: Where the scene is written instead of being rendered, while the exporter runs.
-    export_only: "Exporting | None" = None
+    export_only: Exporting | None = None
 
     def update_render_passes(self, scene=None, renderlayer=None) -> None:
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")

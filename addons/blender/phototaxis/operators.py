@@ -74,8 +74,11 @@ class IMPORT_SCENE_OT_phototaxis(bpy.types.Operator, ImportHelper):
 
     filter_glob: StringProperty(default="*.toml;*.xml;*.json;*.pbrt", options={"HIDDEN"})
     up: EnumProperty(
-        name="Up", description="What is up in the scene",
-        items=[("AUTO", "Automatic", "z for scenes that this add-on wrote, else y"), ("Y", "Y", ""), ("Z", "Z", "")], default="AUTO")
+        name="Up",
+        description="What is up in the scene",
+        items=[("AUTO", "Automatic", "z for scenes that this add-on wrote, else y"), ("Y", "Y", ""), ("Z", "Z", "")],
+        default="AUTO",
+    )
     use_settings: BoolProperty(name="Picture and Settings", description="Take over size, samples and camera", default=True)
 
     def execute(self, context):

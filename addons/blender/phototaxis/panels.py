@@ -6,13 +6,24 @@ import bpy
 
 _ENGINE = "PHOTOTAXIS"
 _EXCLUDED = {
-    "RENDER_PT_simplify", "RENDER_PT_gpencil", "RENDER_PT_grease_pencil_viewport", "RENDER_PT_freestyle",
-    "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "DATA_PT_area", "DATA_PT_falloff_curve", "DATA_PT_light",
+    "RENDER_PT_simplify",
+    "RENDER_PT_gpencil",
+    "RENDER_PT_grease_pencil_viewport",
+    "RENDER_PT_freestyle",
+    "VIEWLAYER_PT_filter",
+    "VIEWLAYER_PT_layer_passes",
+    "DATA_PT_area",
+    "DATA_PT_falloff_curve",
+    "DATA_PT_light",
 }
 #: Panels of other engines that show what counts here as well.
 _BORROWED = {
-    "EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface", "EEVEE_WORLD_PT_surface", "EEVEE_WORLD_PT_settings",
-    "MATERIAL_PT_preview", "WORLD_PT_context_world",
+    "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_surface",
+    "EEVEE_WORLD_PT_surface",
+    "EEVEE_WORLD_PT_settings",
+    "MATERIAL_PT_preview",
+    "WORLD_PT_context_world",
 }
 
 
@@ -121,8 +132,12 @@ class PHOTOTAXIS_DATA_PT_light(_Panel):
 
 _OF_LIGHTS = {"POINT": ("shadow_soft_size",), "SPOT": ("spot_size", "spot_blend"), "SUN": ("angle",), "AREA": ("shape", "size")}
 _CLASSES = (
-    PHOTOTAXIS_RENDER_PT_sampling, PHOTOTAXIS_RENDER_PT_guide, PHOTOTAXIS_RENDER_PT_paths, PHOTOTAXIS_RENDER_PT_performance,
-    PHOTOTAXIS_VIEWLAYER_PT_passes, PHOTOTAXIS_DATA_PT_light,
+    PHOTOTAXIS_RENDER_PT_sampling,
+    PHOTOTAXIS_RENDER_PT_guide,
+    PHOTOTAXIS_RENDER_PT_paths,
+    PHOTOTAXIS_RENDER_PT_performance,
+    PHOTOTAXIS_VIEWLAYER_PT_passes,
+    PHOTOTAXIS_DATA_PT_light,
 )
 
 

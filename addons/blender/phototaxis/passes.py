@@ -11,14 +11,25 @@ from .exr import Picture
 _CRYPTOMATTE = {"use_pass_cryptomatte_object": "CryptoObject", "use_pass_cryptomatte_material": "CryptoMaterial"}
 #: Passes that other engines have, and nothing here makes.
 _NOT_MADE = {
-    "use_pass_mist": "Mist", "use_pass_vector": "Vector", "use_pass_uv": "UV", "use_pass_object_index": "Object Index",
-    "use_pass_material_index": "Material Index", "use_pass_environment": "Environment", "use_pass_shadow": "Shadow",
-    "use_pass_ambient_occlusion": "Ambient Occlusion", "use_pass_diffuse_direct": "Diffuse Direct",
-    "use_pass_diffuse_indirect": "Diffuse Indirect", "use_pass_glossy_direct": "Glossy Direct",
-    "use_pass_glossy_indirect": "Glossy Indirect", "use_pass_glossy_color": "Glossy Color",
-    "use_pass_transmission_direct": "Transmission Direct", "use_pass_transmission_indirect": "Transmission Indirect",
-    "use_pass_transmission_color": "Transmission Color", "use_pass_subsurface_direct": "Subsurface Direct",
-    "use_pass_subsurface_indirect": "Subsurface Indirect", "use_pass_subsurface_color": "Subsurface Color",
+    "use_pass_mist": "Mist",
+    "use_pass_vector": "Vector",
+    "use_pass_uv": "UV",
+    "use_pass_object_index": "Object Index",
+    "use_pass_material_index": "Material Index",
+    "use_pass_environment": "Environment",
+    "use_pass_shadow": "Shadow",
+    "use_pass_ambient_occlusion": "Ambient Occlusion",
+    "use_pass_diffuse_direct": "Diffuse Direct",
+    "use_pass_diffuse_indirect": "Diffuse Indirect",
+    "use_pass_glossy_direct": "Glossy Direct",
+    "use_pass_glossy_indirect": "Glossy Indirect",
+    "use_pass_glossy_color": "Glossy Color",
+    "use_pass_transmission_direct": "Transmission Direct",
+    "use_pass_transmission_indirect": "Transmission Indirect",
+    "use_pass_transmission_color": "Transmission Color",
+    "use_pass_subsurface_direct": "Subsurface Direct",
+    "use_pass_subsurface_indirect": "Subsurface Indirect",
+    "use_pass_subsurface_color": "Subsurface Color",
     "use_pass_cryptomatte_asset": "Cryptomatte Asset",
 }
 

@@ -18,8 +18,10 @@ class PhototaxisPreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
     program: StringProperty(
-        name="Program", subtype="FILE_PATH",
-        description="The program phototaxis; without it, the environment variable PHOTOTAXIS or the search path says where it is")
+        name="Program",
+        subtype="FILE_PATH",
+        description="The program phototaxis; without it, the environment variable PHOTOTAXIS or the search path says where it is",
+    )
 
     def draw(self, context) -> None:
         self.layout.prop(self, "program")

@@ -43,7 +43,8 @@ class Run:
         # A group of its own: Ctrl-C in Blender's terminal is Blender's to pass on.
         apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if os.name == "nt" else {"start_new_session": True}
         self._process = subprocess.Popen(
-            self.arguments, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, **apart)
+            self.arguments, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, **apart
+        )
         self._lines: queue.Queue[str | None] = queue.Queue()
         self._reader = threading.Thread(target=self._read, name="phototaxis", daemon=True)
         self._reader.start()
@@ -54,7 +55,7 @@ class Run:
             self._lines.put(line.decode("utf-8", "replace").strip())
         self._lines.put(None)
 
-    def heard(self, seconds: float) -> "Progress | None | bool":
+    def heard(self, seconds: float) -> Progress | None | bool:
         """What it says of its progress within the time; `True` where it says nothing, `None` when it has ended."""
         try:
             line = self._lines.get(timeout=seconds)

@@ -42,7 +42,8 @@ class PhototaxisSettings(bpy.types.PropertyGroup):
     time: FloatProperty(name="Time", description="Of rendering, without loading", default=60, min=0.01, unit="TIME_ABSOLUTE")
     seed: IntProperty(name="Seed", description="The same seed and samples make the same picture", default=0, min=0)
     max_depth: IntProperty(
-        name="Path Length", description="Longest path from the camera: 1 sees lights only, 2 adds direct light", default=16, min=1)
+        name="Path Length", description="Longest path from the camera: 1 sees lights only, 2 adds direct light", default=16, min=1
+    )
     filter: EnumProperty(name="Pixel Filter", items=_FILTERS, default="box")
     sampler: EnumProperty(name="Sampler", description="How the samples of a pixel are spread", items=_SAMPLERS, default="sobol")
     light_sampler: EnumProperty(name="Lights", description="How a light is chosen", items=_LIGHT_SAMPLERS, default="tree")
@@ -51,11 +52,13 @@ class PhototaxisSettings(bpy.types.PropertyGroup):
     method: EnumProperty(name="Guide", description="What learns where light comes from", items=_METHODS, default="auto")
     sampling: EnumProperty(name="Directions", description="What directions are drawn by", items=_SAMPLING, default="q-cos")
     resolution: IntProperty(
-        name="Cells", description="Along the longest side of the scene, at the coarsest", default=16, min=1, max=128)
+        name="Cells", description="Along the longest side of the scene, at the coarsest", default=16, min=1, max=128
+    )
     memory: IntProperty(name="Memory (MiB)", description="What the guide may take", default=256, min=1)
     threads: IntProperty(name="Threads", description="0 takes all processors", default=0, min=0, max=1024)
     every: IntProperty(
-        name="Update Every (s)", description="Seconds between two pictures while it renders", default=10, min=1, max=3600)
+        name="Update Every (s)", description="Seconds between two pictures while it renders", default=10, min=1, max=3600
+    )
 
     def guiding(self) -> dict[str, Any]:
         """The section `[guiding]`: what means something with the method, for the rest is refused."""

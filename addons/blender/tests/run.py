@@ -1,4 +1,7 @@
-"""Runs the tests of the add-on: `PHOTOTAXIS=path/of/phototaxis python run.py [NAME …]`, with a Python that has Blender as a module."""
+"""Runs the tests of the add-on, with a Python that has Blender as a module.
+
+PHOTOTAXIS=path/of/phototaxis python run.py [NAME …]
+"""
 
 from __future__ import annotations
 

@@ -1,11 +1,10 @@
 """Where things are in the picture: Blender's cameras and ours show the same."""
 
-import math
 import unittest
 
 import bpy
 import numpy as np
-from support import compare, cube, empty_scene, exported, grey, light, material, quad, render, warnings
+from support import cube, empty_scene, exported, material, render, warnings
 
 
 def lit_things():
@@ -75,7 +74,9 @@ class Cameras(unittest.TestCase):
 
     def test_panorama(self):
         self.camera.data.type = "PANO"
-        (self.camera.data if hasattr(self.camera.data, "panorama_type") else self.camera.data.cycles).panorama_type = "EQUIRECTANGULAR"
+        (
+            self.camera.data if hasattr(self.camera.data, "panorama_type") else self.camera.data.cycles
+        ).panorama_type = "EQUIRECTANGULAR"
         self.scene.render.resolution_x, self.scene.render.resolution_y = 32, 16
         self.camera.location = (0, 0, 0.1)
         self.same()

@@ -8,6 +8,7 @@ import unittest.mock
 import bpy
 import numpy as np
 from support import FOLDER, blender_picture, cube, empty_scene, exported, grey, light, material, quad, render
+
 from phototaxis import exr, passes, preferences
 from phototaxis.program import Progress, Run
 

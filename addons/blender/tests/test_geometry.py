@@ -1,10 +1,25 @@
 """Meshes: modifiers, instances, normals, several materials."""
 
-import bpy
-import numpy as np
 import unittest
+
+import bpy
+from support import (
+    FOLDER,
+    add,
+    compare,
+    cube,
+    empty_scene,
+    exported,
+    grey,
+    light,
+    material,
+    mesh,
+    quad,
+    render,
+    warnings,
+)
+
 from phototaxis import ply
-from support import FOLDER, add, compare, cube, empty_scene, exported, grey, light, link, material, mesh, node, quad, render, warnings
 
 
 def lit(size: int = 32):

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from phototaxis import exr, ply, preferences
 from support import FOLDER, different, empty_scene, exported, picture_file, several, steps
+
+from phototaxis import exr, ply, preferences
 
 SCENES = Path(__file__).resolve().parents[3] / "scenes"
 RUNS = 6
@@ -36,7 +37,9 @@ def imported(path: Path):
 def square(path: Path, uvs: bool = True) -> None:
     corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
     colors = np.random.default_rng(2).uniform(0.1, 0.9, (4, 3))
-    ply.write(path, ply.Triangles(corners, np.array([[0, 1, 2], [0, 2, 3]]), None, corners[:, :2] / 2 + 0.5 if uvs else None, colors))
+    ply.write(
+        path, ply.Triangles(corners, np.array([[0, 1, 2], [0, 2, 3]]), None, corners[:, :2] / 2 + 0.5 if uvs else None, colors)
+    )
 
 
 def scene_file(name: str, text: str) -> Path:
@@ -155,7 +158,7 @@ class Import(unittest.TestCase):
     def test_cameras(self):
         square(FOLDER / "square.ply")
         shown = '[material.shown]\ntype = "diffuse"\nreflectance = [0.3, 0.5, 0.8]\nemission = [0.2, 0.1, 0.5]\n'
-        body = HEAD[HEAD.index("[[mesh]]"):] + shown + POINT
+        body = HEAD[HEAD.index("[[mesh]]") :] + shown + POINT
         for text in (
             "up = [0.3, 1, 0.1]\nvfov = 50\naperture_radius = 0.2\nfocus_distance = 4",
             'projection = "orthographic"\nview_height = 3',
@@ -169,9 +172,14 @@ class Import(unittest.TestCase):
         square(FOLDER / "square.ply")
         instances = "".join(
             f'[[instance]]\ngroup = "{g}"\nscale = [{0.3 + 0.1 * k}, 0.5, -1]\nrotate = {{ axis = [1, {k}, 0], angle = {40 * k} }}\n'
-            f"translate = [{k - 1}, {0.3 + n}, {0.3 * k}]\n" for n, g in enumerate(("one", "two")) for k in range(3))
-        groups = ('[[mesh]]\npath = "square.ply"\ngroup = "one"\nmaterial = "shown"\n[[mesh]]\npath = "square.ply"\ngroup = "two"\n'
-                  'material = "ground"\n[[mesh]]\npath = "square.ply"\ngroup = "two"\nmaterial = "shown"\ntranslate = [0, 0, 0.5]\n')
+            f"translate = [{k - 1}, {0.3 + n}, {0.3 * k}]\n"
+            for n, g in enumerate(("one", "two"))
+            for k in range(3)
+        )
+        groups = (
+            '[[mesh]]\npath = "square.ply"\ngroup = "one"\nmaterial = "shown"\n[[mesh]]\npath = "square.ply"\ngroup = "two"\n'
+            'material = "ground"\n[[mesh]]\npath = "square.ply"\ngroup = "two"\nmaterial = "shown"\ntranslate = [0, 0, 0.5]\n'
+        )
         shown = '[material.shown]\ntype = "diffuse"\nreflectance = [0.3, 0.5, 0.8]\n'
         text = f"[film]\nwidth = 48\nheight = 40\ncrop = [8, 4, 32, 24]\n{HEAD}{shown}{groups}{instances}{POINT}"
         path = scene_file("instances", text)
@@ -194,12 +202,17 @@ class Import(unittest.TestCase):
         parts = [
             '<integrator type="path_mis"/>',
             '<camera type="perspective"><float name="fov" value="40"/><integer name="width" value="32"/><integer name="height" value="24"/>'
-            + place.format('<lookat origin="0.3, 1, 6" target="0, 0.2, 0" up="0, 1, 0"/>') + "</camera>",
-            mesh.format('<bsdf type="diffuse"><color name="albedo" value="0.6, 0.4, 0.2"/></bsdf>'
-                        + place.format('<rotate axis="1, 0, 0" angle="-90"/><scale value="3, 1, 3"/><translate value="0, -1, 0"/>')),
+            + place.format('<lookat origin="0.3, 1, 6" target="0, 0.2, 0" up="0, 1, 0"/>')
+            + "</camera>",
+            mesh.format(
+                '<bsdf type="diffuse"><color name="albedo" value="0.6, 0.4, 0.2"/></bsdf>'
+                + place.format('<rotate axis="1, 0, 0" angle="-90"/><scale value="3, 1, 3"/><translate value="0, -1, 0"/>')
+            ),
             mesh.format('<bsdf type="diffuse"/>' + place.format('<rotate axis="0, 1, 0" angle="30"/>')),
-            mesh.format('<emitter type="area"><color name="radiance" value="9, 8, 6"/></emitter>'
-                        + place.format('<rotate axis="1, 0, 0" angle="90"/><scale value="0.5, 1, 0.5"/><translate value="0.5, 2, 1"/>')),
+            mesh.format(
+                '<emitter type="area"><color name="radiance" value="9, 8, 6"/></emitter>'
+                + place.format('<rotate axis="1, 0, 0" angle="90"/><scale value="0.5, 1, 0.5"/><translate value="0.5, 2, 1"/>')
+            ),
         ]
         path = FOLDER / "nori.xml"
         path.write_text(f"<scene>{''.join(parts)}</scene>")
@@ -215,7 +228,9 @@ class Import(unittest.TestCase):
 
     def test_normals_and_axes_arrive(self):
         normals = np.array([[0, 0, 1], [0.6, 0, 0.8], [0, 0.6, 0.8]], float)
-        ply.write(FOLDER / "one.ply", ply.Triangles(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float), np.array([[0, 1, 2]]), normals))
+        ply.write(
+            FOLDER / "one.ply", ply.Triangles(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float), np.array([[0, 1, 2]]), normals)
+        )
         text = '[camera]\norigin = [0, 0, 3]\ntarget = [0, 0, 0]\n[[mesh]]\npath = "one.ply"\n[[light]]\ntype = "constant"\nradiance = 1\n'
         imported(scene_file("one", text))
         made = next(o for o in bpy.data.objects if o.type == "MESH")

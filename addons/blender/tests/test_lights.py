@@ -6,6 +6,7 @@ import unittest
 import bpy
 import numpy as np
 from support import FOLDER, empty_scene, grey, light, link, material, node, quad, render, warnings, world
+
 from phototaxis import exr
 
 
@@ -44,7 +45,13 @@ class Units(unittest.TestCase):
         np.testing.assert_allclose(ours, theirs, rtol=0.01)
 
     def test_areas_of_all_shapes(self):
-        shapes = [("SQUARE", (1, 1, 1)), ("RECTANGLE", (1, 1, 1)), ("DISK", (1, 1, 1)), ("ELLIPSE", (2, 0.5, 1)), ("SQUARE", (-1, 2, 1))]
+        shapes = [
+            ("SQUARE", (1, 1, 1)),
+            ("RECTANGLE", (1, 1, 1)),
+            ("DISK", (1, 1, 1)),
+            ("ELLIPSE", (2, 0.5, 1)),
+            ("SQUARE", (-1, 2, 1)),
+        ]
         made = light("AREA", 10.0, (0.5, 0, 3), (0.2, 0.3, 0.4), size=1.5)
         made.data.size_y = 0.7
         for shape, scale in shapes:

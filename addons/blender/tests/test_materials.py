@@ -5,8 +5,23 @@ import unittest
 import bpy
 import numpy as np
 from support import (
-    compare, cube, different, empty_scene, exported, grey, light, link, material, mesh, node, picture_file, quad, render, several, steps,
-    warnings, world,
+    compare,
+    cube,
+    different,
+    empty_scene,
+    exported,
+    grey,
+    light,
+    link,
+    material,
+    node,
+    picture_file,
+    quad,
+    render,
+    several,
+    steps,
+    warnings,
+    world,
 )
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
@@ -50,7 +65,9 @@ class Diffuse(unittest.TestCase):
     def textured(self, space: str, **mapping):
         def shade():
             made = material("textured", "ShaderNodeBsdfDiffuse")
-            picture = node(made, "ShaderNodeTexImage", image=picture_file(f"steps {space}", steps(), space), interpolation="Closest")
+            picture = node(
+                made, "ShaderNodeTexImage", image=picture_file(f"steps {space}", steps(), space), interpolation="Closest"
+            )
             link(made, picture.outputs["Color"], made.node_tree.nodes["shader"].inputs["Color"])
             if mapping:
                 move, coordinates = node(made, "ShaderNodeMapping", vector_type=mapping["kind"]), node(made, "ShaderNodeTexCoord")
@@ -143,6 +160,7 @@ class Diffuse(unittest.TestCase):
 class Mixtures(unittest.TestCase):
     def mixed(self, first: str, second: str, share: float):
         """Of two shaders, over a white ground that is seen where the first square lets light pass."""
+
         def shade():
             made = material("mixture", "ShaderNodeMixShader")
             nodes = [node(made, kind) for kind in (first, second)]
@@ -150,15 +168,26 @@ class Mixtures(unittest.TestCase):
             mix.inputs[0].default_value = share
             for k, each in enumerate(nodes):
                 link(made, each.outputs[0], mix.inputs[k + 1])
-                each.inputs["Color"].default_value = [(0.7, 0.4, 0.2, 1), (0.1, 0.5, 0.6, 1)][k] if "Transparent" not in each.bl_idname else (1, 1, 1, 1)
+                each.inputs["Color"].default_value = (
+                    [(0.7, 0.4, 0.2, 1), (0.1, 0.5, 0.6, 1)][k] if "Transparent" not in each.bl_idname else (1, 1, 1, 1)
+                )
             return made
 
         shown(shade).location = (0, 0, 0.3)
         quad(4.0, grey(0.9), "ground")
 
     def test_mixtures_that_a_scene_file_can_say(self):
-        diffuse, translucent, transparent, glow = (f"ShaderNode{n}" for n in ("BsdfDiffuse", "BsdfTranslucent", "BsdfTransparent", "Emission"))
-        for first, second in ((diffuse, diffuse), (diffuse, translucent), (transparent, diffuse), (diffuse, transparent), (diffuse, glow), (glow, transparent)):
+        diffuse, translucent, transparent, glow = (
+            f"ShaderNode{n}" for n in ("BsdfDiffuse", "BsdfTranslucent", "BsdfTransparent", "Emission")
+        )
+        for first, second in (
+            (diffuse, diffuse),
+            (diffuse, translucent),
+            (transparent, diffuse),
+            (diffuse, transparent),
+            (diffuse, glow),
+            (glow, transparent),
+        ):
             with self.subTest(first=first, second=second):
                 self.mixed(first, second, 0.3)
                 self.assertEqual(warnings(), [])
@@ -215,6 +244,7 @@ class Principled(unittest.TestCase):
 
     def test_metallic_and_roughness_of_a_picture(self):
         for name, space in (("Metallic", "Non-Color"), ("Roughness", "Non-Color"), ("Roughness", "sRGB")):
+
             def shade():
                 made = material("mapped", PRINCIPLED, Base_Color=(0.8, 0.5, 0.3, 1), Roughness=0.4)
                 picture = node(made, "ShaderNodeTexImage", image=picture_file(f"numbers {space}", steps(2), space))
@@ -248,7 +278,9 @@ class Others(unittest.TestCase):
         for kind, inputs, share in cases:
             scene = empty_scene(16, background=0.5)
             cube(1.0, material("glass", kind, **inputs), rotation_euler=(0.3, 0.5, 0.2))
-            quad(20.0, material("ground", "ShaderNodeEmission", Color=(0.2, 0.5, 1, 1), Strength=1.0), "ground", location=(0, 0, -2))
+            quad(
+                20.0, material("ground", "ShaderNodeEmission", Color=(0.2, 0.5, 1, 1), Strength=1.0), "ground", location=(0, 0, -2)
+            )
             scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 0.8
             with self.subTest(kind=kind, inputs=inputs):
                 ours, theirs = (render(e, samples=512)[:, :, :3].mean(axis=(0, 1)) for e in ("PHOTOTAXIS", "CYCLES"))
@@ -280,4 +312,6 @@ class Others(unittest.TestCase):
         made = shown(lambda: material("noisy", "ShaderNodeBsdfDiffuse")).data.materials[0]
         noise = node(made, "ShaderNodeTexNoise")
         link(made, noise.outputs["Color"], made.node_tree.nodes["shader"].inputs["Color"])
-        self.assertIn("material 'noisy': node 'Noise Texture' (Noise Texture) has no counterpart; half counts in its place", warnings())
+        self.assertIn(
+            "material 'noisy': node 'Noise Texture' (Noise Texture) has no counterpart; half counts in its place", warnings()
+        )

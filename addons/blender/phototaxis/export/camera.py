@@ -99,7 +99,7 @@ class _Window:
     y: float
 
     @classmethod
-    def of(cls, camera, scene) -> "_Window":
+    def of(cls, camera, scene) -> _Window:
         corners = np.array([corner[:] for corner in camera.view_frame(scene=scene)], float)
         if camera.type != "ORTHO":
             corners = corners / -corners[:, 2:]

@@ -62,7 +62,7 @@ class Picture:
     #: The turn from directions in the world to those of a picture of surroundings.
     rotation: np.ndarray | None = None
 
-    def times(self, color: np.ndarray) -> "Picture":
+    def times(self, color: np.ndarray) -> Picture:
         return replace(self, tint=self.tint * color)
 
 
@@ -71,7 +71,7 @@ class VertexColors:
     layer: str
     tint: np.ndarray = field(default_factory=lambda: np.ones(3))
 
-    def times(self, color: np.ndarray) -> "VertexColors":
+    def times(self, color: np.ndarray) -> VertexColors:
         return replace(self, tint=self.tint * color)
 
 

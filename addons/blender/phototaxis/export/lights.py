@@ -101,7 +101,10 @@ def _spot(light, matrix, strength, evaluator) -> dict:
 
 
 def _beam(half: float, blend: float) -> float:
-    """The half angle of the even beam with which a spot sends as much light as Blender's, whose edge is a smooth step in the cosine."""
+    """The half angle of the even beam with which a spot sends as much light as Blender's.
+
+    The edge of Blender's is a smooth step in the cosine.
+    """
     if blend <= 0:
         return half
     inner = math.cos(half) + (1 - math.cos(half)) * min(blend, 1.0)
@@ -184,7 +187,7 @@ def _halved(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.n
     """Each triangle in four, by the middles of its edges."""
     edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     unique, index = np.unique(edges, axis=0, return_inverse=True)
-    ab, bc, ca = (index.reshape(3, -1) + len(points))
+    ab, bc, ca = index.reshape(3, -1) + len(points)
     a, b, c = triangles.T
     parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     middles = points[unique].mean(axis=1)

@@ -128,7 +128,11 @@ class _Writer:
                 self.evaluator.warn(f"a colour above 1 is taken for 1 ({key.replace('_', ' ')})")
             return [float(c) for c in np.clip(what.color, 0, most)]
         if isinstance(what, VertexColors):
-            return {"vertex_color": True} | self._tint(what.tint, most, key) if self._colored(what.layer) else [float(c) for c in what.tint]
+            return (
+                {"vertex_color": True} | self._tint(what.tint, most, key)
+                if self._colored(what.layer)
+                else [float(c) for c in what.tint]
+            )
         file = None if what.pixels is not None or what.channel else self.evaluator.images.file(what.image, as_numbers=False)
         file = file or self.evaluator.images.baked(what)
         if file is None:
@@ -151,7 +155,9 @@ class _Writer:
             scale = np.append(what.tint, 1.0)[: pixels.shape[2]] if what.channel != "alpha" else what.tint[0]
             what = Picture(what.image, what.mapping, channel=what.channel, pixels=(pixels * scale).astype(np.float32))
         as_stored = what.channel == "alpha" or images.numbers_as_stored(what.image)
-        file = images.file(what.image, as_numbers=images.numbers_as_stored(what.image)) if what.pixels is None and as_stored else None
+        file = (
+            images.file(what.image, as_numbers=images.numbers_as_stored(what.image)) if what.pixels is None and as_stored else None
+        )
         if file is not None:
             return {"texture": file} | self._mapped(what) | {"channel": what.channel or "luminance"}
         file = images.baked(what)

@@ -1,6 +1,7 @@
 """Evaluating nodes: what arrives at a socket, as far as a scene file can say it.
 
-Nodes that reckon with colours or numbers are carried out: on constants, and pixel by pixel on pictures that lie on the surface alike.
+Nodes that reckon with colours or numbers are carried out: on constants, and pixel by pixel on pictures that
+lie on the surface alike.
 """
 
 from __future__ import annotations
@@ -28,15 +29,15 @@ class Place:
         self.socket = socket
         self.groups = groups
 
-    def source(self) -> "Place | None":
+    def source(self) -> Place | None:
         """The output that feeds this input, through reroutes, groups and muted nodes; nothing where nothing does."""
         return self._followed()[1]
 
-    def constant_place(self) -> "Place":
+    def constant_place(self) -> Place:
         """The input whose own value counts where nothing feeds it: within groups that may be one of the group's."""
         return self._followed()[0]
 
-    def _followed(self) -> "tuple[Place, Place | None]":
+    def _followed(self) -> tuple[Place, Place | None]:
         place = self
         for _ in range(1000):
             links = [link for link in place.socket.links if link.is_valid and not link.is_muted]
@@ -46,7 +47,7 @@ class Place:
             place = further
         return place, None
 
-    def _within(self) -> "Place | None":
+    def _within(self) -> Place | None:
         """From an output to what really feeds it: an output of a node that does something, or an input to go on from."""
         node = self.socket.node
         if node.mute:
@@ -67,7 +68,7 @@ class Place:
     def node(self):
         return self.socket.node
 
-    def input(self, *names: str) -> "Place | None":
+    def input(self, *names: str) -> Place | None:
         """An enabled input of the node by its name or identifier, the first that there is."""
         for name in names:
             for socket in self.node.inputs:
@@ -150,8 +151,10 @@ class Evaluator:
         if node.projection != "FLAT":
             return None
         if node.extension in ("CLIP", "MIRROR"):
-            self.warn(f"node '{node.name}': extension '{node.extension.lower()}' is taken for "
-                      f"{'extend' if node.extension == 'CLIP' else 'repeat'}")
+            self.warn(
+                f"node '{node.name}': extension '{node.extension.lower()}' is taken for "
+                f"{'extend' if node.extension == 'CLIP' else 'repeat'}"
+            )
         if node.interpolation in ("Cubic", "Smart"):
             self.warn(f"node '{node.name}': interpolation is linear")
         mapping = Mapping(clamp=node.extension in ("EXTEND", "CLIP"), nearest=node.interpolation == "Closest")
@@ -207,7 +210,12 @@ class Evaluator:
             if node.vector_type == "TEXTURE":
                 turn = turn.T
             scale = self._vector(source.input("Scale"))
-            if max(scale) - min(scale) > 1e-6 or scale[0] <= 0 or node.vector_type in ("POINT", "TEXTURE") and any(self._vector(source.input("Location"))):
+            if (
+                max(scale) - min(scale) > 1e-6
+                or scale[0] <= 0
+                or node.vector_type in ("POINT", "TEXTURE")
+                and any(self._vector(source.input("Location")))
+            ):
                 self.warn(f"node '{node.name}': surroundings are turned, not stretched or moved")
             further = source.input("Vector")
             source = further.source() if further else None
@@ -263,7 +271,9 @@ class Evaluator:
 
 def _scaled(node, fields: list[Field]) -> Field | None:
     """A picture times a constant keeps its file, and vertices may be multiplied too."""
-    multiplies = node.type in ("MIX", "MIX_RGB") and node.blend_type == "MULTIPLY" or node.type == "MATH" and node.operation == "MULTIPLY"
+    multiplies = (
+        node.type in ("MIX", "MIX_RGB") and node.blend_type == "MULTIPLY" or node.type == "MATH" and node.operation == "MULTIPLY"
+    )
     if not multiplies or getattr(node, "use_clamp", False) or getattr(node, "clamp_result", False):
         return None
     operands = fields[:2]
@@ -272,6 +282,6 @@ def _scaled(node, fields: list[Field]) -> Field | None:
             return None
         operands = fields[1:3]
     for a, b in (operands, operands[::-1]):
-        if isinstance(a, Constant) and isinstance(b, (Picture, VertexColors)) and 0 <= a.color.min():
+        if isinstance(a, Constant) and isinstance(b, (Picture, VertexColors)) and a.color.min() >= 0:
             return b.times(a.color)
     return None

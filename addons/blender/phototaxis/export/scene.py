@@ -124,7 +124,9 @@ class _Writer:
         path = unused(self.folder, instanced.name, ".ply")
         ply.write(path, light.mesh)
         table = {"type": "null", "emission": [float(c) for c in light.radiance]} | ({"light_group": group} if group else {})
-        self.tables["mesh"].append({"path": self.images.name(path), "material": self.materials.add(f"light {instanced.name}", table)})
+        self.tables["mesh"].append(
+            {"path": self.images.name(path), "material": self.materials.add(f"light {instanced.name}", table)}
+        )
         if self.is_seen(light):
             self.warnings.add(f"light '{instanced.data.name}' has a size: the camera sees it, which it does not in Cycles")
 
@@ -145,7 +147,9 @@ class _Writer:
             self.warnings.add(f"object '{instanced.name}' is no holdout or shadow catcher; it is a surface like others")
         hidden = [name.removeprefix("visible_") for name in names if not getattr(instanced, name, True)]
         if hidden:
-            self.warnings.add(f"object '{instanced.name}' is not hidden from rays of some kinds ({', '.join(hidden)}); it is seen by all")
+            self.warnings.add(
+                f"object '{instanced.name}' is not hidden from rays of some kinds ({', '.join(hidden)}); it is seen by all"
+            )
 
     def mesh(self, instanced, matrix: np.ndarray) -> None:
         kinds = ("visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission", "visible_shadow")
@@ -174,11 +178,13 @@ class _Writer:
         finally:
             instanced.to_mesh_clear()
 
-    def write_places(self, places: "_Places") -> None:
+    def write_places(self, places: _Places) -> None:
         """A mesh that stands in one place stands there; else it is a group with instances."""
         if len(places.matrices) == 1:
             for path, one in places.files:
-                self.tables["mesh"].append({"path": self.images.name(path), "material": one.name, "matrix": _rows(places.matrices[0])})
+                self.tables["mesh"].append(
+                    {"path": self.images.name(path), "material": one.name, "matrix": _rows(places.matrices[0])}
+                )
             return
         if not places.files:
             return

@@ -23,7 +23,11 @@ def surface_of(place: Place | None, evaluator: Evaluator) -> Surface:
     found = _SHADERS.get(node.type)
     if found is None:
         evaluator.warn(f"shader '{node.name}' ({node.bl_label}) has no counterpart; a diffuse surface stands in its place")
-        return _diffuse(source, evaluator) if source.input("Color", "Base Color") else Surface("diffuse", {"reflectance": constant(0.5)})
+        return (
+            _diffuse(source, evaluator)
+            if source.input("Color", "Base Color")
+            else Surface("diffuse", {"reflectance": constant(0.5)})
+        )
     surface = found(source, evaluator)
     relief = _relief(source.input("Normal"), evaluator)
     return replace(surface, relief=relief) if relief else surface

@@ -97,7 +97,13 @@ def same(a: Any, b: Any) -> bool:
         return bool((a.color == b.color).all())
     if isinstance(a, Picture) and isinstance(b, Picture):
         untouched = a.pixels is None and b.pixels is None or a.pixels is not None and np.array_equal(a.pixels, b.pixels)
-        return untouched and a.image == b.image and a.mapping == b.mapping and a.channel == b.channel and bool((a.tint == b.tint).all())
+        return (
+            untouched
+            and a.image == b.image
+            and a.mapping == b.mapping
+            and a.channel == b.channel
+            and bool((a.tint == b.tint).all())
+        )
     if isinstance(a, VertexColors) and isinstance(b, VertexColors):
         return a.layer == b.layer and bool((a.tint == b.tint).all())
     return type(a) is type(b) and a == b

@@ -15,8 +15,9 @@ from .surfaces import times
 
 #: From the frame of a picture of surroundings (its middle is +z, the first row +y) to Blender's (middle +x, first row +z).
 PICTURE_TO_BLENDER = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-#: Blender's skies by ours, of a surface that looks up. That of Hošek and Wilkie is in 2π/683 of our unit; Preetham's has no unit, and
-#: the one without a name scatters light once, so that it is darker than the sky is. With its sun, which is most of its light, it is as ours.
+#: Blender's skies by ours, of a surface that looks up. That of Hošek and Wilkie is in 2π/683 of our unit; Preetham's has no
+#: unit, and the one without a name scatters light once, so that it is darker than the sky is. With its sun, which is most of
+#: its light, it is as ours.
 SKIES = {"HOSEK_WILKIE": 2 * math.pi / 683, "PREETHAM": 1 / 15, "NISHITA": 1 / 2.8}
 
 

@@ -70,7 +70,13 @@ def settings(document: dict[str, Any], scene) -> None:
     scene.view_settings.exposure = exposure if isinstance(exposure, (int, float)) else 0.0
     ours = scene.phototaxis
     ours.filter = film.get("filter", "box")
-    for section, key in (("render", "spp"), ("render", "seed"), ("render", "sampler"), ("integrator", "light_sampler"), ("integrator", "roulette")):
+    for section, key in (
+        ("render", "spp"),
+        ("render", "seed"),
+        ("render", "sampler"),
+        ("integrator", "light_sampler"),
+        ("integrator", "roulette"),
+    ):
         if key in document.get(section, {}):
             setattr(ours, key, document[section][key])
     ours.max_depth = min(document.get("integrator", {}).get("max_depth", 16), 2**31 - 1)

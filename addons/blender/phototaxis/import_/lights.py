@@ -51,7 +51,7 @@ def _lamp(table: dict[str, Any], collection, world: Matrix, warnings: Warnings) 
     made.lightgroup = table.get("light_group") or ""
     place = Vector(table.get("position", (0, 0, 0)))
     turn = Vector(table.get("direction", (0, 0, -1))).to_track_quat("-Z", "Y").to_matrix().to_4x4()
-    made.matrix_world = (world @ Matrix.Translation(place) @ turn)
+    made.matrix_world = world @ Matrix.Translation(place) @ turn
     if kind == "SUN":
         light.angle = math.radians(table["angular_diameter"]) if table["type"] == "sun" else 0.0
     else:

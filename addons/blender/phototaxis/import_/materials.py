@@ -287,7 +287,11 @@ class _Builder:
         self.color(made.inputs["Base Color"], table.get("base_color", 0.5))
         # Of index 1.5, Blender's level of specular reflection is Disney's.
         made.inputs["IOR"].default_value = 1.5
-        for name, key, default in (("Metallic", "metallic", 0.0), ("Roughness", "roughness", 0.5), ("Specular IOR Level", "specular", 0.5)):
+        for name, key, default in (
+            ("Metallic", "metallic", 0.0),
+            ("Roughness", "roughness", 0.5),
+            ("Specular IOR Level", "specular", 0.5),
+        ):
             self.number(made.inputs[name], table.get(key, default))
         if clearcoat := table.get("clearcoat", 0.0):
             made.inputs["Coat Weight"].default_value = clearcoat / 4

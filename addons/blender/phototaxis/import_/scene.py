@@ -118,7 +118,9 @@ class _Reader:
         collection.objects.link(made)
         made.matrix_world = matrix
         # Objects of Blender have no shear.
-        if max(abs(v) for row in made.matrix_basis - matrix for v in row) > 1e-4 * max(1.0, max(abs(v) for row in matrix for v in row)):
+        if max(abs(v) for row in made.matrix_basis - matrix for v in row) > 1e-4 * max(
+            1.0, max(abs(v) for row in matrix for v in row)
+        ):
             data.transform(matrix)
             made.matrix_world = Matrix.Identity(4)
 
