@@ -21,6 +21,14 @@ def still_life(size: int = 32):
     return scene
 
 
+def write_all_layers(scene) -> None:
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "MULTI_LAYER_IMAGE"
+        settings.use_exr_interleave = True
+    settings.file_format, settings.exr_codec = "OPEN_EXR_MULTILAYER", "ZIP"
+
+
 def channel(picture, prefix: str, name: str) -> str:
     """Blender writes the channels of some passes in small letters."""
     return next(n for n in (prefix + name, prefix + name.lower()) if n in picture.channels)
@@ -50,8 +58,7 @@ class Engine(unittest.TestCase):
         layer.phototaxis.use_pass_direct = layer.phototaxis.use_pass_indirect = layer.phototaxis.use_pass_variance = True
         layer.phototaxis.use_pass_samples = True
         scene.phototaxis.spp, scene.render.engine = 8, "PHOTOTAXIS"
-        scene.render.image_settings.file_format = "OPEN_EXR_MULTILAYER"
-        scene.render.image_settings.exr_codec = "ZIP"
+        write_all_layers(scene)
         scene.render.filepath = str(FOLDER / "passes.exr")
         bpy.ops.render.render(write_still=True)
         found = exr.read(FOLDER / "passes.exr")
@@ -156,7 +163,7 @@ class Engine(unittest.TestCase):
             layer.lightgroups.add(name=name)
         bpy.data.objects["area"].lightgroup, scene.world.lightgroup = "lamp", "around"
         scene.phototaxis.spp, scene.render.engine = 8, "PHOTOTAXIS"
-        scene.render.image_settings.file_format, scene.render.image_settings.exr_codec = "OPEN_EXR_MULTILAYER", "ZIP"
+        write_all_layers(scene)
         scene.render.filepath = str(FOLDER / "groups.exr")
         bpy.ops.render.render(write_still=True)
         found = exr.read(FOLDER / "groups.exr").channels
@@ -184,7 +191,7 @@ class Engine(unittest.TestCase):
         collection.objects.link(box)
         other.layer_collection.children["apart"].exclude = True
         scene.phototaxis.spp, scene.render.engine = 4, "PHOTOTAXIS"
-        scene.render.image_settings.file_format, scene.render.image_settings.exr_codec = "OPEN_EXR_MULTILAYER", "ZIP"
+        write_all_layers(scene)
         scene.render.filepath = str(FOLDER / "layers.exr")
         bpy.ops.render.render(write_still=True)
         found = exr.read(FOLDER / "layers.exr").channels

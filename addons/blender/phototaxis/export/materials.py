@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import bpy
 import numpy as np
 
 from ..warnings import Warnings
@@ -14,8 +15,9 @@ from .nodes import Evaluator, Place
 from .shaders import surface_of
 from .surfaces import COLORS, METALS, NUMBERS, OPAQUE, Surface
 
-#: What objects without a material are made of, as in Cycles.
-_DEFAULT_REFLECTANCE = 0.8
+#: What objects without a material are made of, as in Cycles before Blender 5 and since.
+_DEFAULT_DIFFUSE = {"type": "diffuse", "reflectance": 0.8}
+_DEFAULT_PRINCIPLED = {"type": "plastic", "reflectance": 0.8, "int_ior": 1.5, "alpha": 0.25, "energy_conserving": True}
 _TINTS = {"emission": np.inf}
 
 
@@ -70,7 +72,7 @@ class Materials:
 
     def _describe(self, material) -> Described:
         if material is None:
-            return Described("no material", {"type": "diffuse", "reflectance": _DEFAULT_REFLECTANCE})
+            return Described("no material", dict(_DEFAULT_PRINCIPLED if bpy.app.version >= (5, 0) else _DEFAULT_DIFFUSE))
         evaluator = Evaluator(f"material '{material.name}'", self._images, self._warnings)
         writer = _Writer(evaluator, Described(material.name, {}))
         writer.write(self._surface(material, evaluator))

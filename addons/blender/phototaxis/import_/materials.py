@@ -271,7 +271,7 @@ class _Builder:
     def plastic(self):
         table = self.table
         if not table.get("energy_conserving"):
-            self.warn("a plastic loses light within its coat; in Blender it does not")
+            self.warn("a plastic becomes one that conserves energy, as Blender's do")
         if table.get("distribution") == "beckmann" and table.get("alpha", 0.0) > 0:
             self.warn("Beckmann's distribution of a coat becomes GGX")
         made = self.shader("ShaderNodeBsdfPrincipled")
