@@ -289,6 +289,40 @@ class Others(unittest.TestCase):
                 ours, theirs = (render(e, samples=512)[:, :, :3].mean(axis=(0, 1)) for e in ("PHOTOTAXIS", "CYCLES"))
                 self.assertLess(np.abs(ours / theirs - 1).max(), share, f"{ours} {theirs}")
 
+    def test_metals_of_indices(self):
+        if not hasattr(bpy.types, "ShaderNodeBsdfMetallic"):
+            self.skipTest("Blender has no Metallic BSDF before 4.3")
+        shown(lambda: material("gold", "ShaderNodeBsdfMetallic", Roughness=0.4), tilt=0.5)
+        shader = bpy.data.materials["gold"].node_tree.nodes["shader"]
+        shader.fresnel_type = "PHYSICAL_CONDUCTOR"
+        shader.inputs["IOR"].default_value, shader.inputs["Extinction"].default_value = (0.2, 0.4, 1.4), (4, 2.4, 1.6)
+        ours, theirs = (render(e, samples=256)[:, :, :3].mean(axis=(0, 1)) for e in ("PHOTOTAXIS", "CYCLES"))
+        self.assertLess(np.abs(ours / theirs - 1).max(), 0.03, f"{ours} {theirs}")
+
+    def test_mixtures_by_fresnel(self):
+        for first, roughness in (
+            ("ShaderNodeBsdfDiffuse", 0.0),
+            ("ShaderNodeBsdfDiffuse", 0.4),
+            ("ShaderNodeBsdfTransparent", 0.0),
+        ):
+            for by, name, value in (("ShaderNodeFresnel", "IOR", 1.6), ("ShaderNodeLayerWeight", "Blend", 0.4)):
+
+                def shade():
+                    made = material("coated", "ShaderNodeMixShader")
+                    base, gloss, fresnel = (node(made, kind) for kind in (first, "ShaderNodeBsdfAnisotropic", by))
+                    gloss.inputs["Roughness"].default_value, fresnel.inputs[name].default_value = roughness, value
+                    mix = made.node_tree.nodes["shader"]
+                    link(made, fresnel.outputs[0], mix.inputs[0])
+                    link(made, base.outputs[0], mix.inputs[1])
+                    link(made, gloss.outputs[0], mix.inputs[2])
+                    return made
+
+                shown(shade, tilt=0.5)
+                with self.subTest(first=first, roughness=roughness, by=by):
+                    self.assertEqual(warnings(), [])
+                    ours, theirs = (render(e, samples=256)[:, :, :3].mean() for e in ("PHOTOTAXIS", "CYCLES"))
+                    self.assertLess(abs(ours / theirs - 1), 0.05)
+
     def test_a_map_of_normals(self):
         pixels = np.zeros((64, 64, 4))
         small = np.random.default_rng(4).uniform(-0.4, 0.4, (4, 4, 2))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import bpy
 import numpy as np
 
 from .. import ply, toml
@@ -86,6 +87,9 @@ class _Writer:
         return toml.document(document, f"{Z_UP}. Written by the Phototaxis add-on for Blender.")
 
     def of_the_scene(self) -> None:
+        working = getattr(getattr(bpy.data, "colorspace", None), "working_space", "Linear Rec.709")
+        if working != "Linear Rec.709":
+            self.warnings.add(f"colours are reckoned with in Linear Rec.709, not in {working}")
         if self.scene.render.use_motion_blur:
             self.warnings.add("motion blur has no counterpart")
 
