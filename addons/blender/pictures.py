@@ -1,4 +1,7 @@
-"""Makes the pictures of docs/blender.md: `PHOTOTAXIS=path/of/phototaxis python pictures.py`, with a Python that has Blender as a module."""
+"""Makes the pictures of docs/blender.md, with a Python that has Blender as a module.
+
+PHOTOTAXIS=path/of/phototaxis python pictures.py
+"""
 
 from __future__ import annotations
 

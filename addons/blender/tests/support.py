@@ -9,8 +9,6 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from phototaxis import exr
-
 FOLDER = Path(tempfile.mkdtemp(prefix="phototaxis-blender-tests-"))
 #: Rounding, and where Cycles lifts rays off surfaces: differences that are no more than this share mean nothing.
 ROUNDING = 0.002
@@ -228,6 +226,3 @@ def exported(name: str = "exported") -> tuple[Path, dict]:
     path = FOLDER / f"{name}.toml"
     bpy.ops.export_scene.phototaxis(filepath=str(path))
     return path, tomllib.loads(path.read_text())
-
-
-__all__ = ["exr"]

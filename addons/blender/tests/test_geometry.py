@@ -170,6 +170,20 @@ class Geometry(unittest.TestCase):
         hidden.hide_render, hidden.hide_viewport = False, True
         self.assertEqual(len(exported()[1]["mesh"]), 2)
 
+    def test_what_is_scaled_flat(self):
+        lit()
+        cube(1.0, grey(0.8), "flat", scale=(1, 1, 0), rotation_euler=(0.3, 0.2, 0))
+        cube(1.0, grey(0.8), "line", scale=(0, 0, 1))
+        self.assertEqual(len(exported()[1]["mesh"]), 2)
+        compare(self, runs=3)
+
+    def test_hair_is_said_to_be_left_out(self):
+        lit()
+        made = quad(1.0, grey(0.5), "grown")
+        made.modifiers.new("hair", "PARTICLE_SYSTEM")
+        made.particle_systems[0].settings.type = "HAIR"
+        self.assertIn("object 'grown': hair has no counterpart and is left out", warnings())
+
     def test_names_of_any_kind(self):
         lit()
         for name in ("a/b", "a:b", '"quoted" \\ back', "ünï", "..", " "):

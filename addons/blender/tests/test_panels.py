@@ -4,8 +4,9 @@ import unittest
 from unittest.mock import MagicMock
 
 import bpy
-from phototaxis import panels, preferences, properties
 from support import empty_scene, light
+
+from phototaxis import panels, preferences, properties
 
 
 class Layout(MagicMock):

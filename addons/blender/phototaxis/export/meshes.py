@@ -87,12 +87,17 @@ def _has_pictures(table: dict) -> bool:
     return any(isinstance(v, dict) and "texture" in v for v in table.values())
 
 
-def write(mesh, described: list[Described], name: str, folder: Path, warnings: Warnings) -> list[tuple[Path, Described]]:
-    """Writes a mesh, a file for each of the materials that some of its triangles have."""
+def write(
+    mesh, described: list[Described], name: str, folder: Path, warnings: Warnings, flat: np.ndarray | None = None
+) -> list[tuple[Path, Described]]:
+    """Writes a mesh, made flat by a matrix where there is one: a file for each of the materials that some of its triangles have."""
     mesh.calc_loop_triangles()
     if not len(mesh.loop_triangles):
         return []
     corners = Corners(mesh)
+    if flat is not None:
+        corners.positions = (corners.positions @ flat[:3, :3].T + flat[:3, 3]).astype(np.float32)
+        corners.normals = None
     slots = np.clip(corners.materials, 0, len(described) - 1)
     written: list[tuple[Path, Described]] = []
     distinct = {id(d): d for d in described}

@@ -158,12 +158,20 @@ class _Writer:
     def mesh(self, instanced, matrix: np.ndarray) -> None:
         kinds = ("visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission", "visible_shadow")
         self.warn_of_visibility(instanced, kinds)
-        if abs(np.linalg.det(matrix[:3, :3])) == 0:
-            self.warnings.add(f"object '{instanced.name}' is scaled to nothing and left out")
+        self.warn_of_hair(instanced)
+        axes = matrix[:3, :3] / max(np.abs(matrix[:3, :3]).max(), 1e-30)
+        dimensions = np.linalg.matrix_rank(axes, tol=1e-7)
+        if dimensions < 2:
+            # A line or a point is not seen.
             return
         materials = [slot.material for slot in instanced.material_slots] or [None]
         described = [self.materials.of(self.overriding(m), instanced.lightgroup) for m in materials]
         data = instanced.data
+        if dimensions == 2:
+            # What is flat cannot be moved back; its triangles are written where they are.
+            files = self.written(instanced, described, matrix)
+            self.places[("flat", len(self.places))] = _Places(instanced.name, files, [np.eye(4)])
+            return
         key = (data.as_pointer() if data else instanced.name, *(one.name for one in described))
         if key not in self.places:
             written = self.written(instanced, described)
@@ -173,12 +181,17 @@ class _Writer:
     def overriding(self, material):
         return getattr(self.view_layer, "material_override", None) or material
 
-    def written(self, instanced, described: list[Described]) -> list[tuple[Path, Described]]:
+    def warn_of_hair(self, instanced) -> None:
+        for system in instanced.particle_systems:
+            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                self.warnings.add(f"object '{instanced.name}': hair has no counterpart and is left out")
+
+    def written(self, instanced, described: list[Described], matrix: np.ndarray | None = None) -> list[tuple[Path, Described]]:
         mesh = instanced.to_mesh()
         if mesh is None:
             return []
         try:
-            return meshes.write(mesh, described, instanced.name, self.folder, self.warnings)
+            return meshes.write(mesh, described, instanced.name, self.folder, self.warnings, matrix)
         finally:
             instanced.to_mesh_clear()
 
