@@ -133,9 +133,26 @@ class Import(unittest.TestCase):
         }
         if hasattr(bpy.types, "ShaderNodeBsdfMetallic"):
             cases["gold"] = 'type = "conductor"\neta = [0.143, 0.375, 1.442]\nk = [3.983, 2.386, 1.603]\nalpha = 0.3'
+            cases["dim gold"] = cases["gold"] + "\nspecular_reflectance = 0.6"
         for name, text in cases.items():
             with self.subTest(name=name):
                 self.same(scene_file("material", f"{HEAD}{POINT}\n[material.shown]\n{text}\n"), samples=32)
+
+    def test_plastics_of_mitsuba_are_as_bright(self):
+        """They have no exact counterpart; what is compared is the whole picture."""
+        square(FOLDER / "square.ply")
+        picture_file("steps", steps())
+        for reflectance in ("[0.2, 0.5, 0.8]", '{ texture = "steps.png" }'):
+            for nonlinear in ("false", "true"):
+                text = f'type = "plastic"\nalpha = 0.1\nreflectance = {reflectance}\nnonlinear = {nonlinear}'
+                path = scene_file("plastic", f"{HEAD}{POINT}\n[material.shown]\n{text}\n")
+                theirs = by_hand(path, (32, 24), 64)
+                scene = imported(path)
+                scene.render.resolution_x, scene.render.resolution_y = 32, 24
+                ours = by_hand(exported("plastic back")[0], (32, 24), 64)
+                with self.subTest(reflectance=reflectance, nonlinear=nonlinear):
+                    ratio = ours.mean(axis=(0, 1, 2)) / theirs.mean(axis=(0, 1, 2))
+                    self.assertLess(np.abs(ratio - 1).max(), 0.04, f"{ratio}")
 
     def test_lights(self):
         square(FOLDER / "square.ply")

@@ -217,14 +217,15 @@ class _Builder:
         """Fresnel's law of metals, which Blender has since 4.3; before, the principled shader comes near it."""
         eta, k = (_rgb(self.table.get(key, default)) for key, default in (("eta", 1.0), ("k", 0.0)))
         tint = self.table.get("specular_reflectance", 1.0)
-        if hasattr(bpy.types, "ShaderNodeBsdfMetallic") and not isinstance(tint, dict) and _rgb(tint) == _WHITE:
+        grey = not isinstance(tint, dict) and min(_rgb(tint)) == max(_rgb(tint))
+        if hasattr(bpy.types, "ShaderNodeBsdfMetallic") and grey:
             distribution = "MULTI_GGX" if self.table.get("energy_conserving") else "GGX"
             if self.table.get("distribution") == "beckmann" and distribution == "GGX":
                 distribution = "BECKMANN"
             made = self.shader("ShaderNodeBsdfMetallic", fresnel_type="PHYSICAL_CONDUCTOR", distribution=distribution)
             made.inputs["IOR"].default_value, made.inputs["Extinction"].default_value = eta, k
             made.inputs["Roughness"].default_value = math.sqrt(self.table.get("alpha", 0.0))
-            return made.outputs[0]
+            return made.outputs[0] if _rgb(tint) == _WHITE else self.dimmed(made.outputs[0], _rgb(tint)[0])
         self.warn("a metal's indices of refraction become the colour that it has seen from the front")
         made = self.shader("ShaderNodeBsdfPrincipled")
         made.inputs["Metallic"].default_value = 1.0
@@ -232,6 +233,14 @@ class _Builder:
         self.color(made.inputs["Base Color"], tint if isinstance(tint, dict) else [f * t for f, t in zip(front, _rgb(tint))])
         made.inputs["Roughness"].default_value = math.sqrt(self.table.get("alpha", 0.0))
         return made.outputs[0]
+
+    def dimmed(self, shader, share: float):
+        """A share of what a shader reflects; black takes the rest."""
+        mix, black = self.nodes.new("ShaderNodeMixShader"), self.nodes.new("ShaderNodeBsdfDiffuse")
+        mix.inputs[0].default_value, black.inputs["Color"].default_value = share, (0, 0, 0, 1)
+        self.nodes.link(black.outputs[0], mix.inputs[1])
+        self.nodes.link(shader, mix.inputs[2])
+        return mix.outputs[0]
 
     def glass(self):
         table = self.table
@@ -275,11 +284,34 @@ class _Builder:
         if table.get("distribution") == "beckmann" and table.get("alpha", 0.0) > 0:
             self.warn("Beckmann's distribution of a coat becomes GGX")
         made = self.shader("ShaderNodeBsdfPrincipled")
-        self.color(made.inputs["Base Color"], table.get("reflectance", 0.5))
-        made.inputs["IOR"].default_value = table.get("int_ior", 1.5) / table.get("ext_ior", 1.0)
+        ior = table.get("int_ior", 1.5) / table.get("ext_ior", 1.0)
+        if table.get("nonlinear"):
+            self.under_coat(made.inputs["Base Color"], table.get("reflectance", 0.5), _internal_reflectance(ior))
+        else:
+            self.color(made.inputs["Base Color"], table.get("reflectance", 0.5))
+        made.inputs["IOR"].default_value = ior
         made.inputs["Roughness"].default_value = math.sqrt(table.get("alpha", 0.0))
         self.color(made.inputs["Specular Tint"], table.get("specular_reflectance", 1.0))
         return made.outputs[0]
+
+    def under_coat(self, socket, value: Any, internal: float) -> None:
+        """A base that light meets again and again, as the coat reflects it back: R(1 − ρ)/(1 − Rρ)."""
+        if not isinstance(value, dict):
+            self.color(socket, [c * (1 - internal) / (1 - c * internal) for c in _rgb(value)])
+            return
+        parts = []
+        for factor in (1 - internal, internal):
+            part = self.nodes.new("ShaderNodeMix", data_type="RGBA", blend_type="MULTIPLY")
+            part.inputs[0].default_value, part.inputs[7].default_value = 1.0, (factor, factor, factor, 1.0)
+            self.color(part.inputs[6], value)
+            parts.append(part.outputs[2])
+        rest, share = (self.nodes.new("ShaderNodeMix", data_type="RGBA", blend_type=kind) for kind in ("SUBTRACT", "DIVIDE"))
+        rest.inputs[0].default_value, rest.inputs[6].default_value = 1.0, (1.0, 1.0, 1.0, 1.0)
+        share.inputs[0].default_value = 1.0
+        self.nodes.link(parts[1], rest.inputs[7])
+        self.nodes.link(parts[0], share.inputs[6])
+        self.nodes.link(rest.outputs[2], share.inputs[7])
+        self.nodes.link(share.outputs[2], socket)
 
     def principled(self):
         table = self.table
@@ -303,6 +335,17 @@ class _Builder:
 
     def passing(self):
         return self.nodes.new("ShaderNodeBsdfTransparent").outputs[0]
+
+
+def _internal_reflectance(ior: float) -> float:
+    """What a smooth surface of this index reflects of even light from within: 1 − (1 − R)/n², with R of what comes from without."""
+    steps, reflected = 1000, 0.0
+    for k in range(steps):
+        cosine = math.sqrt((k + 0.5) / steps)
+        inside = math.sqrt(max(1 - (1 - cosine * cosine) / (ior * ior), 0.0))
+        parallel, across = (ior * cosine - inside) / (ior * cosine + inside), (cosine - ior * inside) / (cosine + ior * inside)
+        reflected += (parallel * parallel + across * across) / (2 * steps)
+    return 1 - (1 - reflected) / (ior * ior)
 
 
 def load(folder: Path, name: str, space: str, warnings: Warnings):
