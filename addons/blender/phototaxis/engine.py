@@ -145,7 +145,7 @@ class _Render:
         picture = exr.read(self.picture)
         passes.fill(result.layers[0], picture, self.passes)
         self.engine.end_result(result)
-        for name, text in passes.metadata(picture).items():
+        for name, text in passes.metadata(picture, self.layer.name).items():
             self.engine.get_result().stamp_data_add_field(name, text)
         if run.code == _NOT_FINITE:
             self.engine.report({"WARNING"}, "pixels of the picture are infinite or undefined")

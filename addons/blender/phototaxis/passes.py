@@ -107,6 +107,34 @@ def _set(passes, name: str, pixels: np.ndarray | None) -> None:
     target.rect.foreach_set(np.ascontiguousarray(pixels[::-1, :, : target.channels], np.float32).reshape(-1))
 
 
-def metadata(picture: Picture) -> dict[str, str]:
-    """What programs need to name the ids of Cryptomatte by."""
-    return {name: data.decode("utf-8", "replace") for name, data in picture.attributes.items() if name.startswith("cryptomatte/")}
+def metadata(picture: Picture, layer: str) -> dict[str, str]:
+    """What programs need to name the ids of Cryptomatte by: Blender calls its passes by their view layer."""
+    found: dict[str, dict[str, str]] = {}
+    for name, data in picture.attributes.items():
+        if name.startswith("cryptomatte/"):
+            _, key, what = name.split("/", 2)
+            found.setdefault(key, {})[what] = data.decode("utf-8", "replace")
+    renamed: dict[str, str] = {}
+    for texts in found.values():
+        texts["name"] = f"{layer}.{texts['name']}"
+        key = f"{murmur3(texts['name'].encode()):08x}"[:7]
+        renamed |= {f"cryptomatte/{key}/{what}": text for what, text in texts.items()}
+    return renamed
+
+
+def murmur3(data: bytes) -> int:
+    """MurmurHash3 of 32 bits with seed 0, by which Cryptomatte names what belongs together."""
+    mask, value = 0xFFFFFFFF, 0
+
+    def scrambled(block: int) -> int:
+        block = block * 0xCC9E2D51 & mask
+        return (block << 15 | block >> 17) * 0x1B873593 & mask
+
+    whole = len(data) // 4 * 4
+    for at in range(0, whole, 4):
+        value ^= scrambled(int.from_bytes(data[at : at + 4], "little"))
+        value = ((value << 13 | value >> 19) * 5 + 0xE6546B64) & mask
+    value ^= scrambled(int.from_bytes(data[whole:], "little")) ^ len(data)
+    for shift, factor in ((16, 0x85EBCA6B), (13, 0xC2B2AE35)):
+        value = (value ^ value >> shift) * factor & mask
+    return value ^ value >> 16

@@ -29,6 +29,31 @@ def write_all_layers(scene) -> None:
     settings.file_format, settings.exr_codec = "OPEN_EXR_MULTILAYER", "ZIP"
 
 
+def compositor(scene, kind: str):
+    """A node whose matte becomes the picture."""
+    if hasattr(scene, "compositing_node_group"):
+        tree = scene.compositing_node_group = bpy.data.node_groups.new("compositor", "CompositorNodeTree")
+        tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+        output = tree.nodes.new("NodeGroupOutput")
+    else:
+        scene.use_nodes = True
+        tree = scene.node_tree
+        tree.nodes.clear()
+        output = tree.nodes.new("CompositorNodeComposite")
+    made = tree.nodes.new(kind)
+    tree.links.new(made.outputs["Matte"], output.inputs[0])
+    return made
+
+
+def murmur3_of(name: str) -> int:
+    """As the program itself has it, in the key of the layer's metadata."""
+    still_life(8)
+    picture = by_hand("hash", "--layers", "cryptomatte", "--spp", "1")
+    keys = [k.split("/")[1] for k, v in picture.attributes.items() if k.startswith("cryptomatte/") and v == name.encode()]
+    digits = f"{passes.murmur3(name.encode()):08x}"
+    return int(keys[0] + digits[7:], 16)
+
+
 def channel(picture, prefix: str, name: str) -> str:
     """Blender writes the channels of some passes in small letters."""
     return next(n for n in (prefix + name, prefix + name.lower()) if n in picture.channels)
@@ -70,6 +95,31 @@ class Engine(unittest.TestCase):
         names = {name.rsplit("/", 1)[1] for name in found.attributes if name.startswith("cryptomatte/")}
         self.assertLessEqual({"name", "hash", "conversion", "manifest"}, names)
         self.assertIn(b"box", b"".join(v for n, v in found.attributes.items() if n.endswith("/manifest")))
+
+    def test_mattes_by_name(self):
+        """Blender's own node finds what the program has named."""
+        scene = still_life()
+        bpy.context.view_layer.use_pass_cryptomatte_object = True
+        scene.phototaxis.spp, scene.render.engine = 16, "PHOTOTAXIS"
+        scene.render.film_transparent, scene.world = True, None
+        bpy.data.objects.remove(bpy.data.objects["ground"])
+        matte = compositor(scene, "CompositorNodeCryptomatteV2")
+        matte.source, matte.layer_name, matte.matte_id = "RENDER", f"{bpy.context.view_layer.name}.CryptoObject", "box"
+        scene.render.filepath = str(FOLDER / "matte.exr")
+        bpy.ops.render.render(write_still=True)
+        found = blender_picture(FOLDER / "matte.exr")[:, :, 0]
+        self.assertEqual((found.min(), found.max()), (0.0, 1.0))
+        np.testing.assert_allclose(found, by_hand("matte").channels["A"], atol=0.01)
+
+    def test_hashes(self):
+        # Of the specification of Cryptomatte and of MurmurHash3 itself.
+        for text, value in (
+            (b"", 0),
+            (b"hello", 0x248BFA47),
+            (b"hello, world", 0x149BBB7F),
+            (b"CryptoObject", murmur3_of("CryptoObject")),
+        ):
+            self.assertEqual(passes.murmur3(text), value)
 
     def test_what_is_seen_of_position_and_depth_is_blenders_world(self):
         scene = still_life()
