@@ -3,8 +3,10 @@
 #   make test   runs all tests
 # and one to give away what was built:
 #   make portable   builds out/phototaxis, which runs on any x86-64 and uses what it finds
+# and one for Blender:
+#   make blender-addon   packs out/phototaxis-blender.zip, which Blender installs; needs no Blender
 
-# All but `make portable` build for the processor at hand. Rust never fuses a product and a sum by itself, so what the program
+# All but `make portable` and `make blender-addon` build for the processor at hand. Rust never fuses a product and a sum by itself, so what the program
 # computes is the same at every level. A RUSTFLAGS that is set, be it empty, is respected.
 RUSTFLAGS ?= -Ctarget-cpu=native
 export RUSTFLAGS
@@ -22,7 +24,7 @@ RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 # rounding and blending of vectors, for processors of 2008 to 2013; the first is for all others.
 LEVELS := x86-64 x86-64-v2 x86-64-v3 x86-64-v4
 
-.PHONY: demo build lab portable test check setup
+.PHONY: demo build lab portable blender-addon test check setup
 
 demo: build
 	mkdir -p out
@@ -38,6 +40,9 @@ lab: setup
 
 portable: setup
 	CARGO="$(CARGO)" launcher/build out/phototaxis portable $(LEVELS)
+
+blender-addon:
+	python3 addons/blender/pack.py out/phototaxis-blender.zip
 
 # What tests skip they say, and cargo would keep it to itself.
 test: setup

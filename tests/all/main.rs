@@ -5,6 +5,7 @@ compile_error!("the tests need the laboratory: cargo test --release --features l
 
 mod agreement;
 mod analytic;
+mod blender;
 mod cli;
 mod common;
 mod convergence;
