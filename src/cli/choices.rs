@@ -68,7 +68,7 @@ pub(crate) struct Choices {
 }
 
 /// What scenes of Mitsuba leave to whoever renders them.
-#[derive(Args)]
+#[derive(Args, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Definitions {
     /// What a scene of Mitsuba calls $NAME, over its <default>; may be repeated. The same as --set default.NAME=VALUE.
     #[arg(short = 'D', value_name = "NAME=VALUE")]
