@@ -4,11 +4,14 @@ pub(crate) mod checkpoint;
 mod driver;
 pub mod guide_file;
 mod limits;
+pub(crate) mod merge;
 mod noise;
 mod onlooker;
+pub(crate) mod part;
 mod policy;
 mod roulette;
 mod schedule;
+mod sealed;
 mod settings;
 mod state;
 mod tracer;
@@ -112,6 +115,8 @@ pub struct Rendering {
     pub verdict: Option<Verdict>,
     /// Camera paths of the last iteration from which the guide learnt.
     pub learnt_paths: u64,
+    /// The newest estimate of the picture's relative error, where it was to end by that.
+    pub relative_error: Option<f64>,
 }
 
 /// The guide before and after a render.
@@ -196,6 +201,9 @@ pub fn resume<W: Watch>(
 
 #[cfg(test)]
 mod edge_tests;
+
+#[cfg(test)]
+mod quality_tests;
 
 #[cfg(test)]
 mod sampler_tests;
