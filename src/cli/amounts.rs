@@ -34,6 +34,21 @@ pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     if total > 0.0 && total.is_finite() { Ok(total) } else { Err(expected()) }
 }
 
+/// A relative error, as a number or as a percentage.
+pub(crate) fn error(text: &str) -> Result<f64, String> {
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    let error = decimal(number.trim()).map(|error| error * unit).filter(|error| *error > 0.0 && error.is_finite());
+    error.ok_or_else(|| format!("'{text}' is no relative error: a positive number such as 0.02, or 2%"))
+}
+
+/// A part and of how many, counted from 1.
+pub(crate) fn part(text: &str) -> Result<(u32, u32), String> {
+    let expected = || format!("'{text}' is no part: two whole numbers such as 3/16, the first from 1 to the second");
+    let (number, parts) = text.split_once('/').ok_or_else(expected)?;
+    let both = number.trim().parse().ok().zip(parts.trim().parse().ok());
+    both.filter(|(number, parts)| (1..=*parts).contains(number)).ok_or_else(expected)
+}
+
 fn with_units(text: &str) -> Option<f64> {
     let (mut rest, mut total) = (text, 0.0);
     while !rest.is_empty() {
@@ -122,6 +137,10 @@ mod tests {
         assert_eq!((scale("50%"), scale("0.25")), (Ok(0.5), Ok(0.25)));
         ["", "%", "0%", "-5%", "nan", "1e2%"].iter().for_each(|text| assert!(scale(text).is_err(), "{text}"));
         assert_eq!((scaled(1, 0.1), scaled(333, 0.5)), (1, 167));
+        assert_eq!((error("0.02"), error("5%")), (Ok(0.02), Ok(0.05)));
+        ["", "0", "-1", "%", "nan", "2 dB"].iter().for_each(|text| assert!(error(text).is_err(), "{text}"));
+        assert_eq!((part("3/16"), part("1/1")), (Ok((3, 16)), Ok((1, 1))));
+        ["", "3", "0/4", "5/4", "1/0", "-1/3", "1/2/3"].iter().for_each(|text| assert!(part(text).is_err(), "{text}"));
         assert_eq!(rectangle("1, 2,3,4"), Ok(Rectangle { x: 1, y: 2, width: 3, height: 4 }));
         ["1,2,3", "1,2,0,4", "1,2,3,-4", "a"].iter().for_each(|text| assert!(rectangle(text).is_err(), "{text}"));
     }

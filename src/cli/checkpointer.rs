@@ -2,7 +2,7 @@
 
 use super::pace::Pace;
 use super::progress::say;
-use super::render::RenderArguments;
+use super::render_arguments::RenderArguments;
 use crate::io::clock::WallClock;
 use crate::render::checkpoint::Header;
 use crate::render::{Moment, Occasion, Onlooker};

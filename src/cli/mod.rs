@@ -19,6 +19,7 @@ mod lab;
 #[path = "lab/absent.rs"]
 mod lab;
 mod layers;
+mod merge;
 mod names;
 mod onlookers;
 mod output;
@@ -26,6 +27,7 @@ mod pace;
 mod preview;
 mod progress;
 mod render;
+mod render_arguments;
 mod report;
 mod resume;
 mod signals;
@@ -56,9 +58,11 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Render a scene (.toml, .json, .xml, .gltf, .glb, .pbrt) or a bare model (.obj, .ply).
-    Render(render::RenderArguments),
+    Render(render_arguments::RenderArguments),
     /// Go on with a render from its checkpoint, to the end of its budget or beyond.
     Resume(resume::ResumeArguments),
+    /// Make one picture of several renders of a scene that have other seeds.
+    Merge(merge::MergeArguments),
     /// Print what a scene consists of, as it is understood: triangles, materials, textures, lights, cameras.
     Info(info::InfoArguments),
     /// Write a scene of any form as a scene file (.toml) or for Mitsuba (.xml), with its meshes beside it.
@@ -81,6 +85,7 @@ pub fn run() -> ExitCode {
     let result = match Arguments::try_parse().unwrap_or_else(|error| leave(error)).command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Resume(arguments) => resume::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Image(arguments) => image::run(&arguments),

@@ -31,6 +31,7 @@ pub(crate) struct Denoised {
 }
 
 /// The files that a render will write.
+#[derive(Default)]
 pub(crate) struct Outputs {
     pictures: Vec<PathBuf>,
     json: Option<PathBuf>,

@@ -1,230 +1,166 @@
 //! `phototaxis render`: from a scene file or a model to pictures and figures.
 
-use super::amounts;
 use super::checkpointer::{self, Checkpointer};
-use super::choices::Choices;
 use super::onlookers::Onlookers;
-use super::output::{Denoised, Outputs, beauty, check_pictures, check_writable};
+use super::output::{Denoised, Outputs, beauty};
 use super::preview::{self, Preview};
-use super::progress::{self, Bar, Show, Stage, say};
+use super::progress::{self, Bar, Stage, say};
+use super::render_arguments::{Budget, OPEN_ENDED, RenderArguments, check_options};
 use super::report::{Context, Report, total};
 use super::signals::Signals;
 use crate::denoise::{Denoiser, Features};
 use crate::embree::Device;
-use crate::film::{FilmSettings, MAX_SIDE};
-use crate::format;
+use crate::film::FilmSettings;
 use crate::format::SceneFile;
-use crate::format::reference::help;
-use crate::guiding::settings::GuidingMethod;
-use crate::image::Rectangle;
-use crate::image::{Exposure, Image, Tone, ViewTransform};
+use crate::image::{Exposure, Image, ViewTransform};
 use crate::inspect::Layers;
 use crate::io::clock::WallClock;
 use crate::render::checkpoint::{CheckpointFile, Header};
 use crate::render::guide_file::{self, GuideFingerprint};
-use crate::render::{Checkpoint, GuideIo, Onlooker, Order, Progress, RenderSettings, Rendering, Settings, Stop};
-use crate::render::{render_shown, resume};
+use crate::render::part::{Part, render_part};
+use crate::render::{Checkpoint, GuideIo, Onlooker, Progress, Rendering, Settings, Stop, render_shown, resume};
 use crate::scene::description::{CameraDescription, Projection};
 use crate::scene::{FoundCamera, Scene};
-use anyhow::{Result, anyhow, bail, ensure};
-use clap::Args;
+use anyhow::{Context as _, Result, anyhow, bail, ensure};
 use glam::{DVec3, Vec3};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Warnings that are printed; of more only the number is.
 const WARNINGS: usize = 20;
 
-const EXAMPLES: &str = "Examples:
-  phototaxis render model.obj
-  phototaxis render scene.toml --size 1920x1080 --time 1m30s -o out/scene.exr -o out/scene.png
-  phototaxis render scene.toml --guide none --scale 50% --json -
-  phototaxis render scene.toml --spp 256 --guide-out scene.guide
-  phototaxis render scene.toml --time 8h -o scene.exr --checkpoint scene.checkpoint --preview scene.png
-  phototaxis render scene.toml --spp 64 --guide-in scene.guide --set 'camera.origin=[0, 1, 4]'";
-
-#[derive(Args, Clone, serde::Serialize, serde::Deserialize)]
-#[command(after_help = EXAMPLES)]
-pub(crate) struct RenderArguments {
-    /// Scene (.toml, .json, .xml, .gltf, .glb) or model (.obj, .ply).
-    scene: PathBuf,
-    /// Picture to write, .exr (linear, all layers) or .png (sRGB); may be repeated. [default: both, named like the
-    /// scene, in the current folder]
-    #[arg(short, long, value_name = "FILE")]
-    pub(super) output: Vec<PathBuf>,
-    /// Replaces the pictures of another scene that has the same name; without --output only.
-    #[arg(long, conflicts_with = "output")]
-    force: bool,
-    /// Size of the picture in pixels, for example 1920x1080. [default: the scene file's, else 1280x720]
-    #[arg(long, value_name = "WxH", value_parser = amounts::size)]
-    size: Option<(u32, u32)>,
-    /// Scales the picture's size, for example 50%.
-    #[arg(long, value_name = "PERCENT", value_parser = amounts::scale)]
-    scale: Option<f64>,
-    /// Renders a part of the picture alone, in pixels from the upper left of the whole as --size and --scale leave it.
-    #[arg(long, value_name = "X,Y,W,H", value_parser = amounts::rectangle)]
-    crop: Option<Rectangle>,
-    #[arg(long, value_name = "N|1k", value_parser = amounts::count_u32, help = help("render.spp"))]
-    spp: Option<u32>,
-    #[arg(long, value_name = "SECONDS|1m30s", value_parser = amounts::seconds, help = help("render.time"))]
-    time: Option<f64>,
-    /// Begins with what an earlier render of this scene learnt, whatever its camera.
-    #[arg(long, value_name = "FILE")]
-    guide_in: Option<PathBuf>,
-    /// Writes what was learnt, also when a signal stops the render; the last iteration then learns too.
-    #[arg(long, value_name = "FILE")]
-    guide_out: Option<PathBuf>,
-    /// Rewrites this picture, .png or .exr (colours, alpha, numbers of samples), again and again while it renders.
-    #[arg(long, value_name = "FILE")]
-    pub(super) preview: Option<PathBuf>,
-    /// Rewrites this file again and again, and when a signal stops the render, with all that it takes to go on:
-    /// phototaxis resume FILE.
-    #[arg(long, value_name = "FILE")]
-    pub(super) checkpoint: Option<PathBuf>,
-    /// Time between two previews and between two checkpoints; more where writing one takes more than a twentieth of it.
-    /// [default: 10s for previews, 5m for checkpoints]
-    #[arg(long, value_name = "SECONDS|1m30s", value_parser = amounts::seconds)]
-    pub(super) every: Option<f64>,
-    /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
-    #[arg(long)]
-    guide_layers: bool,
-    #[arg(long, value_name = "LAYERS", value_delimiter = ',', help = help("render.layers"))]
-    layers: Vec<String>,
-    #[arg(long, value_name = "auto|STOPS", allow_hyphen_values = true, help = help("film.exposure"))]
-    exposure: Option<Exposure>,
-    /// Tone curve of the PNG: srgb (clamped), agx or aces (filmic). [default: the scene file's, else srgb;
-    /// agx for a model]
-    #[arg(long, value_name = "CURVE")]
-    tone: Option<Tone>,
-    #[command(flatten)]
-    pub(super) choices: Choices,
-    /// Removes the noise by Intel Open Image Denoise, which must be installed: the PNG shows the result, the EXR has it as
-    /// denoised.{R,G,B} beside the picture as it was rendered.
-    #[arg(long)]
-    denoise: bool,
-    /// Makes errors of pictures of a material library that are missing or cannot be read, which else are warnings.
-    #[arg(long)]
-    strict: bool,
-    /// How progress is shown on standard error.
-    #[arg(long, value_name = "FORM", value_enum, default_value_t)]
-    pub(super) progress: Show,
-    /// Writes the figures as JSON; "-" is standard output.
-    #[arg(long, value_name = "FILE")]
-    pub(super) json: Option<PathBuf>,
-    /// Prints errors only.
-    #[arg(short, long)]
-    pub(super) quiet: bool,
-    /// How the scene was named, where its path is another by now.
-    #[arg(skip)]
-    name: Option<String>,
-    /// Samples per pixel and seconds, whatever the scene file and the other arguments say.
-    #[arg(skip)]
-    budget: Option<(u32, Option<f64>)>,
-}
-
-impl RenderArguments {
-    fn name(&self) -> String {
-        self.name.clone().unwrap_or_else(|| self.scene.display().to_string())
-    }
-
-    /// The same render, asked for from any folder, with the names and the budget that it has got.
-    fn settled(&self, outputs: &Outputs, render: &RenderSettings) -> Result<RenderArguments> {
-        let mut settled = RenderArguments {
-            output: outputs.pictures().to_vec(),
-            name: Some(self.name()),
-            budget: Some((render.spp, render.time)),
-            ..self.clone()
-        };
-        let optional = [&mut settled.guide_in, &mut settled.guide_out, &mut settled.preview, &mut settled.checkpoint];
-        let json = settled.json.iter_mut().filter(|path| path.as_os_str() != "-");
-        let all = optional.into_iter().flatten().chain(json).chain(&mut settled.output);
-        for path in all.chain([&mut settled.scene]) {
-            *path = std::path::absolute(&path)?;
-        }
-        Ok(settled)
-    }
-}
-
 /// What a render goes on from.
 pub(super) struct Resumption {
     pub(super) file: CheckpointFile<RenderArguments>,
-    /// Samples per pixel of the whole render, and seconds from now on, where they are to be others.
+    /// Samples per pixel of the whole render, seconds from now on, and relative error, where they are to be others.
     pub(super) spp: Option<u32>,
     pub(super) seconds: Option<f64>,
+    pub(super) noise: Option<f64>,
 }
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     if let Some(path) = arguments.checkpoint.as_ref().filter(|path| path.is_file()) {
         bail!("{0}: there is a checkpoint already: go on by phototaxis resume {0}, or remove it", path.display());
     }
-    render(arguments, None)
+    match arguments.part.zip(arguments.film_out.as_deref()) {
+        Some((part, path)) => film(arguments, part, path),
+        None => render(arguments, None),
+    }
+}
+
+/// Renders part of the samples, into a film of their own.
+fn film(arguments: &RenderArguments, (number, parts): (u32, u32), path: &Path) -> Result<ExitCode> {
+    let ready = Ready::new(arguments)?;
+    let Ready { description, scene, bar, .. } = &ready;
+    let spp = description.render.spp;
+    let part = Part::of(number, parts, spp)
+        .with_context(|| format!("--part: {spp} samples per pixel have no {parts} parts"))?;
+    let guide = trained(arguments.guide_in.as_deref(), scene, description)?;
+    let signals = Signals::catch(arguments.quiet)?;
+    bar.stage(Stage::Rendering);
+    let settings = settings(description);
+    let mut observer = |progress: &Progress| {
+        bar.update(progress);
+        !signals.stop().is_asked()
+    };
+    let film = render_part(scene, &settings, guide.as_ref(), part, signals.stop(), &mut observer);
+    let Some(film) = film else {
+        say(&format!("error: {}: not written, since the part was stopped", path.display()));
+        return Ok(signals.exit_code());
+    };
+    bar.stage(Stage::Writing);
+    let request = arguments.settled(&ready.outputs, &description.render)?;
+    film.write(path, &Header::new(scene, &settings, request))?;
+    ready.bar.finish();
+    if !arguments.quiet {
+        say(&format!("wrote {}", path.display()));
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Renders, or goes on with a render that was asked for by the same arguments.
 pub(super) fn render(arguments: &RenderArguments, from: Option<Resumption>) -> Result<ExitCode> {
-    let show = if arguments.quiet { Show::None } else { arguments.progress };
-    progress::choose(show);
-    let threads = arguments.choices.machine.start(arguments.quiet)?;
-    let (mut description, warnings) =
-        format::load_seen_by(&arguments.scene, arguments.choices.camera.as_deref(), &overrides(arguments))?;
-    let film = &mut description.scene.film;
-    arguments.scale.map_or(Ok(()), |scale| rescale(film, scale))?;
-    arguments.crop.map_or(Ok(()), |part| crop(film, &part))?;
-    let outputs = outputs(arguments)?;
-    check_options(arguments, &description, &outputs)?;
-    // Whoever lacks the library learns it now and not when hours are gone.
-    let denoiser = arguments.denoise.then(|| Denoiser::new(rayon::current_num_threads())).transpose()?;
-    let bar = Bar::of(show, Stage::Loading);
-    let load = WallClock::start();
-    let (scene, more_warnings) =
-        description.load_scene_watched(Device::new(threads)?, &|stage| bar.stage(stage.into()))?;
-    let load_seconds = load.elapsed().as_secs_f64();
-    if !arguments.quiet {
-        warn(&[warnings, more_warnings].concat());
-        outputs.note().iter().for_each(|note| say(note));
-        scene.found_camera().iter().for_each(|found| say(&camera_note(found)));
-    }
-    if let Some((spp, time)) = arguments.budget {
-        (description.render.spp, description.render.time) = (spp, time);
-    }
-    let start = start(arguments, from, &scene, &mut description)?;
+    let mut ready = Ready::new(arguments)?;
+    let start = start(arguments, from, &ready.scene, &mut ready.description)?;
     let signals = Signals::catch(arguments.quiet)?;
-    let mut onlookers = onlookers(arguments, &outputs, &scene, &description)?;
-    let rendering = watched_by(&bar, &scene, &description, start, signals.stop(), &mut onlookers);
+    let mut onlookers = onlookers(&ready)?;
+    let rendering = watched_by(&ready.bar, &ready.scene, &ready.description, start, signals.stop(), &mut onlookers);
     let go_on = onlookers.finish();
-    if !arguments.quiet {
-        warn_of_non_finite(&rendering);
-    }
-    let denoised = match denoiser {
-        Some(_) if signals.stop().is_urgent() => {
-            Err(anyhow!("not denoised, since a second signal asked for what there is"))
-        }
-        denoiser => denoiser.map(|denoiser| denoised(&denoiser, &rendering, &bar)).transpose(),
-    };
-    // A picture with its noise is better than none.
-    let (denoised, failure) = denoised.map_or_else(|error| (None, Some(error)), |denoised| (denoised, None));
-    let film = &description.scene.film;
-    let context = Context {
-        scene: &scene,
-        name: arguments.name(),
-        seed: description.render.seed,
-        interrupted: signals.came(),
-        load_seconds: load_seconds - scene.build_seconds(),
-        build_seconds: scene.build_seconds(),
-        view: view(film, &rendering, denoised.as_ref()),
-        exposure_auto: film.exposure == Exposure::Auto,
-        subject: subject(&scene, &description),
-        whole: [film.width, film.height],
-        extra_layers: description.render.layers.clone(),
-        guide_layers: rendering.guide.as_ref().filter(|_| arguments.guide_layers).map(|g| Layers::new(&scene, g)),
-        denoised,
-    };
-    let finite = conclude(&outputs, &context, &rendering, bar, arguments.quiet)?;
+    let code = ready.present(&rendering, &signals);
     if !arguments.quiet {
         go_on.iter().for_each(|path| say(&format!("wrote {0}: phototaxis resume {0} goes on", path.display())));
     }
-    failure.map_or(Ok(()), Err)?;
-    Ok(if finite { signals.exit_code() } else { ExitCode::from(super::NOT_FINITE) })
+    code
+}
+
+/// All that is there before a picture is.
+pub(super) struct Ready<'a> {
+    arguments: &'a RenderArguments,
+    pub(super) description: SceneFile,
+    pub(super) scene: Scene,
+    outputs: Outputs,
+    denoiser: Option<Denoiser>,
+    bar: Bar,
+    load_seconds: f64,
+}
+
+impl<'a> Ready<'a> {
+    /// Starts the threads, checks what can be checked, and loads the scene.
+    pub(super) fn new(arguments: &'a RenderArguments) -> Result<Ready<'a>> {
+        progress::choose(arguments.show());
+        let threads = arguments.choices.machine.start(arguments.quiet)?;
+        let (description, warnings) = arguments.load()?;
+        let outputs = arguments.outputs()?;
+        check_options(arguments, &description, &outputs)?;
+        // Whoever lacks the library learns it now and not when hours are gone.
+        let denoiser = arguments.denoise.then(|| Denoiser::new(rayon::current_num_threads())).transpose()?;
+        let bar = Bar::of(arguments.show(), Stage::Loading);
+        let load = WallClock::start();
+        let (scene, more_warnings) =
+            description.load_scene_watched(Device::new(threads)?, &|stage| bar.stage(stage.into()))?;
+        let load_seconds = load.elapsed().as_secs_f64();
+        if !arguments.quiet {
+            warn(&[warnings, more_warnings].concat());
+            outputs.note().iter().for_each(|note| say(note));
+            scene.found_camera().iter().for_each(|found| say(&camera_note(found)));
+        }
+        Ok(Ready { arguments, description, scene, outputs, denoiser, bar, load_seconds })
+    }
+
+    /// Writes all that was asked for.
+    pub(super) fn present(self, rendering: &Rendering, signals: &Signals) -> Result<ExitCode> {
+        let Ready { arguments, description, scene, outputs, denoiser, bar, load_seconds } = self;
+        if !arguments.quiet {
+            warn_of_non_finite(rendering);
+        }
+        let denoised = match denoiser {
+            Some(_) if signals.stop().is_urgent() => {
+                Err(anyhow!("not denoised, since a second signal asked for what there is"))
+            }
+            denoiser => denoiser.map(|denoiser| denoised(&denoiser, rendering, &bar)).transpose(),
+        };
+        // A picture with its noise is better than none.
+        let (denoised, failure) = denoised.map_or_else(|error| (None, Some(error)), |denoised| (denoised, None));
+        let film = &description.scene.film;
+        let context = Context {
+            scene: &scene,
+            name: arguments.name(),
+            seed: description.render.seed,
+            interrupted: signals.came(),
+            load_seconds: load_seconds - scene.build_seconds(),
+            build_seconds: scene.build_seconds(),
+            view: view(film, rendering, denoised.as_ref()),
+            exposure_auto: film.exposure == Exposure::Auto,
+            subject: subject(&scene, &description),
+            whole: [film.width, film.height],
+            extra_layers: description.render.layers.clone(),
+            guide_layers: rendering.guide.as_ref().filter(|_| arguments.guide_layers).map(|g| Layers::new(&scene, g)),
+            denoised,
+        };
+        let finite = conclude(&outputs, &context, rendering, bar, arguments.quiet)?;
+        failure.map_or(Ok(()), Err)?;
+        Ok(if finite { signals.exit_code() } else { ExitCode::from(super::NOT_FINITE) })
+    }
 }
 
 /// A place as one would write it, in single precision where that is all it has.
@@ -261,18 +197,9 @@ fn conclude(outputs: &Outputs, context: &Context, rendering: &Rendering, bar: Ba
     Ok(report.non_finite().is_none())
 }
 
-fn outputs(arguments: &RenderArguments) -> Result<Outputs> {
-    let (json, guide) = (arguments.json.as_ref(), arguments.guide_out.as_ref());
-    Outputs::new(&arguments.output, json, guide, &arguments.scene, arguments.force)
-}
-
 /// What rewrites the picture so far and what it takes to go on, where that is asked for.
-fn onlookers(
-    arguments: &RenderArguments,
-    outputs: &Outputs,
-    scene: &Scene,
-    description: &SceneFile,
-) -> Result<Onlookers> {
+fn onlookers(ready: &Ready) -> Result<Onlookers> {
+    let Ready { arguments, description, scene, outputs, .. } = ready;
     let preview = arguments.preview.as_ref().map(|path| {
         let every = arguments.every.unwrap_or(preview::EVERY);
         Preview::new(path, every, &arguments.name(), scene, description).quietly(arguments.quiet)
@@ -299,70 +226,6 @@ fn denoised(denoiser: &Denoiser, rendering: &Rendering, bar: &Bar) -> Result<Den
     let (albedo, normal): (Vec<_>, Vec<_>) = e.features.iter().map(|f| (f.albedo, f.normal)).unzip();
     let image = denoiser.denoise(&beauty(e), &Features { albedo: &albedo, normal: &normal })?;
     Ok(Denoised { image, seconds: start.elapsed().as_secs_f64(), by: denoiser.version().to_string() })
-}
-
-/// Samples per pixel of a render that ends by time alone.
-const OPEN_ENDED: u32 = i32::MAX as u32;
-
-/// The flags that stand for keys of the scene file, then `--set`, which has the last word.
-fn overrides(arguments: &RenderArguments) -> Vec<String> {
-    let open_ended = arguments.time.is_some() && arguments.spp.is_none();
-    let spp = arguments.spp.or(open_ended.then_some(OPEN_ENDED));
-    let budget = [spp.map(|n| format!("render.spp={n}")), arguments.time.map(|t| format!("render.time={t:?}"))];
-    let layers = (!arguments.layers.is_empty()).then(|| format!("render.layers={:?}", arguments.layers));
-    let strict = arguments.strict.then(|| "render.strict=true".to_string());
-    let size = arguments.size.map(|(width, height)| [format!("film.width={width}"), format!("film.height={height}")]);
-    let view = [
-        arguments.exposure.map(|exposure| format!("film.exposure={exposure}")),
-        arguments.tone.map(|tone| format!("film.tone={}", tone.name())),
-    ];
-    arguments.choices.overrides(
-        budget.into_iter().chain(view).flatten().chain(layers).chain(strict).chain(size.into_iter().flatten()),
-    )
-}
-
-/// The film in another size, of the same shape as far as whole pixels allow.
-fn rescale(film: &mut FilmSettings, scale: f64) -> Result<()> {
-    ensure!(film.crop.is_none(), "--scale and film.crop: give the part of the smaller picture by --crop");
-    for side in [&mut film.width, &mut film.height] {
-        let scaled = amounts::scaled(u64::from(*side), scale);
-        ensure!(scaled <= MAX_SIDE.into(), "--scale makes a side of {scaled} pixels, and {MAX_SIDE} are the most");
-        *side = scaled as u32;
-    }
-    Ok(())
-}
-
-fn crop(film: &mut FilmSettings, part: &Rectangle) -> Result<()> {
-    let side = |n: usize| u32::try_from(n).map_err(|_| anyhow!("--crop: {n} pixels are more than a picture has"));
-    film.crop = Some([side(part.x)?, side(part.y)?, side(part.width)?, side(part.height)?]);
-    film.check_crop().map_err(|error| anyhow!("--crop: {error}"))
-}
-
-/// Refuses options that could do nothing.
-fn check_options(arguments: &RenderArguments, scene: &SceneFile, outputs: &Outputs) -> Result<()> {
-    let RenderArguments { guide_in, guide_out, guide_layers, preview, checkpoint, .. } = arguments;
-    check_pictures(preview.as_slice())?;
-    checkpoint.as_deref().map_or(Ok(()), check_writable)?;
-    let blocks = scene.render.order == Order::Blocks;
-    ensure!(checkpoint.is_none() || !blocks, "--checkpoint needs render.order = \"progressive\"");
-    let rewrites = preview.is_some() || checkpoint.is_some();
-    ensure!(arguments.every.is_none() || rewrites, "--every needs --preview or --checkpoint");
-    let given =
-        [("--guide-in", guide_in.is_some()), ("--guide-out", guide_out.is_some()), ("--guide-layers", *guide_layers)];
-    if let Some((option, _)) = given.iter().find(|(_, given)| *given)
-        && scene.guiding.method == GuidingMethod::None
-    {
-        bail!("{option} needs a guide, and guiding.method is none");
-    }
-    for (option, given) in [("--guide-layers", *guide_layers), ("--layers", !arguments.layers.is_empty())] {
-        ensure!(!given || outputs.any("exr"), "{option} needs a picture in EXR");
-    }
-    let shown =
-        outputs.any("png") || arguments.preview.as_ref().is_some_and(|p| p.extension().is_some_and(|e| e == "png"));
-    for (option, given) in [("--exposure", arguments.exposure.is_some()), ("--tone", arguments.tone.is_some())] {
-        ensure!(!given || shown, "{option} needs a picture in PNG: an EXR stays linear and unexposed");
-    }
-    Ok(())
 }
 
 /// What guides of this scene are kept for.
@@ -422,21 +285,22 @@ fn start(
     scene: &Scene,
     description: &mut SceneFile,
 ) -> Result<Start> {
-    let Some(Resumption { file, spp, seconds }) = from else {
+    let Some(Resumption { file, spp, seconds, noise }) = from else {
         let from = trained(arguments.guide_in.as_deref(), scene, description)?;
         return Ok(Start::New(GuideIo { from, keep: arguments.guide_out.is_some() }));
     };
     let from = file.read(scene, &settings(description))?;
-    let (new_budget, render) = (spp.is_some() || seconds.is_some(), &mut description.render);
+    let (new_budget, render) = (spp.is_some() || seconds.is_some() || noise.is_some(), &mut description.render);
     if new_budget {
-        (render.spp, render.time) = (spp.unwrap_or(OPEN_ENDED), seconds.map(|more| from.seconds() + more));
+        let time = seconds.map(|more| from.seconds() + more);
+        Budget { spp: spp.unwrap_or(OPEN_ENDED), time, noise }.set(render);
     }
     let (has, wanted) = (from.samples(), render.spp);
     ensure!(wanted >= has, "--spp {wanted}: the render has {has} samples per pixel already");
     Ok(Start::From(Box::new(from), new_budget))
 }
 
-fn settings(description: &SceneFile) -> Settings {
+pub(super) fn settings(description: &SceneFile) -> Settings {
     Settings {
         integrator: description.integrator.clone(),
         guiding: description.guiding.clone(),

@@ -43,6 +43,8 @@ pub(crate) struct Report {
     spp_kept_least: u32,
     spp_kept_most: u32,
     blank_pixels: usize,
+    /// Estimated of the picture, where rendering was to end by it.
+    relative_error: Option<f64>,
     load_wall_seconds: f64,
     build_wall_seconds: f64,
     render_wall_seconds: f64,
@@ -152,6 +154,7 @@ impl Report {
             spp_kept_least: least,
             spp_kept_most: most,
             blank_pixels: blank,
+            relative_error: rendering.relative_error,
             load_wall_seconds: context.load_seconds,
             build_wall_seconds: context.build_seconds,
             render_wall_seconds: seconds,
@@ -211,6 +214,7 @@ impl Report {
             let all = self.width as usize * self.height as usize;
             lines.push(format!("{} of {all} pixels have no samples, and are black", self.blank_pixels));
         }
+        lines.extend(self.relative_error.map(|error| format!("the picture's relative error is about {error:.3}")));
         lines.extend(self.guide_in_words());
         if let (Some(by), Some(seconds)) = (&self.denoiser, self.denoise_seconds) {
             lines.push(format!("denoised in {seconds:.1} s by {by}"));

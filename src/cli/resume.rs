@@ -3,7 +3,8 @@
 use super::amounts;
 use super::choices::Machine;
 use super::progress::Show;
-use super::render::{RenderArguments, Resumption, render};
+use super::render::{Resumption, render};
+use super::render_arguments::RenderArguments;
 use crate::render::checkpoint::open;
 use anyhow::Result;
 use clap::Args;
@@ -28,6 +29,9 @@ pub(crate) struct ResumeArguments {
     /// Time from now on. [default: what is left of its old budget]
     #[arg(long, value_name = "SECONDS|1m30s", value_parser = amounts::seconds)]
     time: Option<f64>,
+    /// Relative error of the picture at which it ends. [default: its old budget]
+    #[arg(long, value_name = "ERROR", value_parser = amounts::error)]
+    noise: Option<f64>,
     /// Picture to write in place of those that the render was to write; may be repeated.
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
@@ -53,7 +57,8 @@ pub(crate) struct ResumeArguments {
 pub(crate) fn run(arguments: &ResumeArguments) -> Result<ExitCode> {
     let file = open::<RenderArguments>(&arguments.file)?;
     let asked = asked(arguments, &file.header.request);
-    render(&asked, Some(Resumption { file, spp: arguments.spp, seconds: arguments.time }))
+    let ResumeArguments { spp, time: seconds, noise, .. } = *arguments;
+    render(&asked, Some(Resumption { file, spp, seconds, noise }))
 }
 
 /// What the render was asked for, and is now.

@@ -5,20 +5,20 @@ use super::reader::Reader;
 use super::tree::{At, Fault, Value};
 
 impl Reader {
-    /// Positive seconds, in double precision.
-    pub(crate) fn seconds(&mut self, key: impl Into<Key>, slot: &mut Option<f64>) -> Result<(), Fault> {
+    /// A positive number in double precision, which need not be given.
+    pub(crate) fn positive(&mut self, key: impl Into<Key>, slot: &mut Option<f64>) -> Result<(), Fault> {
         let key = key.into();
         let Some(node) = self.ask(key, "number", "none", "greater than 0")? else { return Ok(()) };
-        let seconds = match node.value {
+        let number = match node.value {
             Value::Integer(i) => i as f64,
             Value::Float(x) => x,
             _ => return Err(node.mismatch(key.name, "a number")),
         };
-        if !(seconds > 0.0 && seconds.is_finite()) {
-            let message = format!("`{}` must be finite and greater than 0, found {seconds}", key.name);
+        if !(number > 0.0 && number.is_finite()) {
+            let message = format!("`{}` must be finite and greater than 0, found {number}", key.name);
             return Err(Fault::new(node.at, message));
         }
-        *slot = Some(seconds);
+        *slot = Some(number);
         Ok(())
     }
 

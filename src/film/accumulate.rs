@@ -13,7 +13,7 @@ use crate::math::Rgb;
 pub(crate) const FEATURE_SAMPLES: u32 = 32;
 
 /// Iterations are weighed in groups of at least this many samples per pixel: the variance of fewer says little.
-const MIN_GROUP: u32 = 4;
+pub(super) const MIN_GROUP: u32 = 4;
 
 /// Bytes that a render holds for each pixel, and that writing its pictures takes: the test
 /// `a_render_takes_the_memory_that_is_said` measures them again.
@@ -25,21 +25,25 @@ pub(crate) const BYTES_PER_LAYER: u64 = 96;
 /// Accumulates what tiles bring back. Memory is constant in the number of samples.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Film {
-    width: u32,
-    height: u32,
-    combine: Combine,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) combine: Combine,
     /// Whether samples are spread evenly, so that halves of them tell how their means vary.
     halved: bool,
+    /// Whether it is to tell the error of its picture.
+    pub(super) tells_error: bool,
+    /// Of each colour of the checkerboard, the sum of the closed groups' inverse relative variances, where weights are none.
+    pub(super) information: [f64; 2],
     /// Those of the groups and of the picture.
-    layers: Vec<RadianceLayer>,
-    group: IterationGroup,
+    pub(super) layers: Vec<RadianceLayer>,
+    pub(super) group: IterationGroup,
     /// State of the group at the start of the current iteration, if the group spans several iterations.
     before: Option<IterationGroup>,
     /// The previous group. Its weight is computed once the next group exists, against whose picture its noise is measured.
-    pending: Option<IterationGroup>,
+    pub(super) pending: Option<IterationGroup>,
     /// Of the groups before these.
     picture: Picture,
-    features: FeatureSums,
+    pub(super) features: FeatureSums,
 }
 
 /// A picture with what is known of its noise.
@@ -85,6 +89,8 @@ impl Film {
             height,
             combine,
             halved: false,
+            tells_error: false,
+            information: [0.0; 2],
             layers: layers.to_vec(),
             group: IterationGroup::new(pixels, layers.len()),
             before: None,
@@ -98,6 +104,12 @@ impl Film {
     pub(crate) fn of_even_samples(mut self, even: bool) -> Film {
         self.halved = even;
         self.group = self.empty_group();
+        self
+    }
+
+    /// The same film, which [tells](Self::relative_error) the error of its picture if `tells`.
+    pub(crate) fn that_tells_its_error(mut self, tells: bool) -> Film {
+        self.tells_error = tells;
         self
     }
 
@@ -221,19 +233,14 @@ impl Film {
 
     /// The picture so far, without what the camera sees first.
     pub(crate) fn resolve(&self) -> Estimate {
+        self.estimate(self.whole_picture())
+    }
+
+    pub(super) fn whole_picture(&self) -> Picture {
         // a rest too small to be weighed by its own variance joins only where there is nothing else
         let alone = self.picture.samples == 0 && self.picture.surplus.is_empty() && self.pending.is_none();
         let joins = self.group.samples >= MIN_GROUP || alone || self.combine != Combine::InverseVariance;
-        self.resolve_of(self.pending.as_ref(), Some(&self.group).filter(|group| joins && !group.is_empty()))
-    }
-
-    /// As [`Self::resolve`], with all samples: what rendering would leave if it ended now.
-    pub(crate) fn so_far(&self) -> Estimate {
-        let is_rest = self.group.samples < MIN_GROUP && !self.group.is_empty();
-        match &self.pending {
-            Some(before) if is_rest => self.resolve_of(Some(&before.clone().joined(&self.group)), None),
-            _ => self.resolve(),
-        }
+        self.picture_of(self.pending.as_ref(), Some(&self.group).filter(|group| joins && !group.is_empty()))
     }
 
     /// Share of the camera's rays that met something, pixel by pixel.
@@ -242,7 +249,7 @@ impl Film {
     }
 
     /// The picture of the groups before `pending`, of that and of the newest.
-    fn resolve_of(&self, pending: Option<&IterationGroup>, newest: Option<&IterationGroup>) -> Estimate {
+    pub(super) fn picture_of(&self, pending: Option<&IterationGroup>, newest: Option<&IterationGroup>) -> Picture {
         let mut picture = self.picture.clone();
         if let Some(newest) = newest {
             self.weigh_in(&mut picture, pending, newest);
@@ -250,19 +257,11 @@ impl Film {
         if let Some(last) = newest.or(pending).filter(|_| self.combine == Combine::InverseVariance) {
             picture.weigh_in(self.width, last, last.weights(self.width as usize, last));
         }
-        let Picture { samples, surplus, .. } = &picture;
-        let counts = (0..self.pixels()).map(|i| samples + surplus.of(i));
-        Estimate {
-            width: self.width,
-            height: self.height,
-            samples: samples + surplus.mean() as u32,
-            counts: if surplus.is_empty() { Vec::new() } else { counts.collect() },
-            mean: picture.mean,
-            variance: picture.variance,
-            layers: self.layers.iter().copied().zip(picture.layers).collect(),
-            features: Vec::new(),
-            ids: PictureIds::default(),
-        }
+        picture
+    }
+
+    pub(super) fn estimate(&self, picture: Picture) -> Estimate {
+        picture.estimate([self.width, self.height], &self.layers)
     }
 
     fn pixels(&self) -> usize {
@@ -279,6 +278,11 @@ impl Film {
     fn close_group(&mut self) {
         let new = self.empty_group();
         let closed = std::mem::replace(&mut self.group, new);
+        if self.tells_error && self.combine != Combine::InverseVariance {
+            let own = closed.weights(self.width as usize, &closed).map(|weight| weight.unwrap_or(0.0));
+            let before = if self.combine == Combine::Last { [0.0; 2] } else { self.information };
+            self.information = [before[0] + own[0], before[1] + own[1]];
+        }
         let (mut picture, pending) = (std::mem::take(&mut self.picture), self.pending.take());
         self.weigh_in(&mut picture, pending.as_ref(), &closed);
         self.picture = picture;

@@ -82,6 +82,19 @@ impl FeatureSums {
         self.width == width && self.sums.len() == pixels && self.surplus.fits(pixels) && ids
     }
 
+    /// Adds what another film of this size has.
+    pub(super) fn join(&mut self, other: FeatureSums) {
+        self.sums.par_iter_mut().zip(other.sums).for_each(|(sum, more)| *sum += more);
+        if self.ids.is_empty() {
+            self.ids = other.ids;
+        } else {
+            let both = self.ids.iter_mut().zip(&other.ids);
+            both.for_each(|(kinds, more)| kinds.iter_mut().zip(more).for_each(|(counts, more)| counts.join(more)));
+        }
+        self.samples += other.samples;
+        self.surplus.add_all(&other.surplus);
+    }
+
     /// Counts for all what all have.
     pub(super) fn level(&mut self) {
         self.samples += self.surplus.level();

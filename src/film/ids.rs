@@ -24,10 +24,19 @@ impl IdCounts {
 
     /// Adds a sample.
     pub(crate) fn add(&mut self, id: u32) {
+        self.add_some(id, 1);
+    }
+
+    /// Adds the samples of others.
+    pub(crate) fn join(&mut self, others: &IdCounts) {
+        others.iter().for_each(|(id, count)| self.add_some(id, count));
+    }
+
+    fn add_some(&mut self, id: u32, count: u16) {
         let place = (0..RANKS).find(|&k| self.counts[k] == 0 || self.ids[k] == id);
         if let Some(k) = place.filter(|_| id != u32::MAX) {
             self.ids[k] = id;
-            self.counts[k] = self.counts[k].saturating_add(1);
+            self.counts[k] = self.counts[k].saturating_add(count);
         }
     }
 
@@ -48,5 +57,9 @@ mod tests {
         assert_eq!(counts.iter().collect::<Vec<_>>(), [(3, 2), (5, 1), (7, 1)]);
         (10..20).for_each(|id| counts.add(id));
         assert_eq!(counts.iter().map(|(id, _)| id).collect::<Vec<_>>(), [3, 5, 7, 10, 11, 12], "six are kept");
+        let mut others = IdCounts::NONE;
+        [12, 8, 5, 5].into_iter().for_each(|id| others.add(id));
+        others.join(&counts);
+        assert_eq!(others.iter().collect::<Vec<_>>(), [(12, 2), (8, 1), (5, 3), (3, 2), (7, 1), (10, 1)]);
     }
 }

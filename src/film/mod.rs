@@ -3,18 +3,22 @@
 pub mod accumulate;
 pub(crate) mod alike;
 pub(crate) mod blur;
+mod exact;
 mod extra_layer;
 mod features;
 mod group;
 mod halves;
 pub(crate) mod ids;
+mod joint;
 mod picture;
 mod radiance_layer;
 mod settings;
 mod surplus;
 pub(crate) mod tile;
 
+pub(crate) use exact::{ExactFilm, TileSums};
 pub(crate) use extra_layer::ExtraLayer;
+pub(crate) use joint::JointFilm;
 pub(crate) use radiance_layer::LightPath;
 pub use radiance_layer::RadianceLayer;
 pub(crate) use settings::SIDE;

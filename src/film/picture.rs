@@ -2,6 +2,8 @@
 
 use super::group::{IterationGroup, parity};
 use super::surplus::Surplus;
+use crate::film::RadianceLayer;
+use crate::film::accumulate::{Estimate, PictureIds};
 use crate::math::Rgb;
 use rayon::prelude::*;
 
@@ -40,6 +42,71 @@ impl Picture {
     pub(super) fn fits(&self, pixels: usize, layers: usize) -> bool {
         let all = [self.mean.len(), self.variance.len()].into_iter().chain(self.layers.iter().map(Vec::len));
         all.into_iter().all(|n| n == pixels) && self.layers.len() == layers && self.surplus.fits(pixels)
+    }
+
+    /// Sums of the groups' weights, which are inverse relative variances, for both colours of the checkerboard; `None` where
+    /// nothing is known of noise.
+    pub(super) fn information(&self) -> Option<[f64; 2]> {
+        self.told.iter().all(|told| *told).then_some(self.weight)
+    }
+
+    /// As an estimate without features.
+    pub(super) fn estimate(self, [width, height]: [u32; 2], layers: &[RadianceLayer]) -> Estimate {
+        let Picture { samples, surplus, mean, variance, .. } = self;
+        let counts = (0..mean.len()).map(|i| samples + surplus.of(i));
+        Estimate {
+            width,
+            height,
+            samples: samples + surplus.mean() as u32,
+            counts: if surplus.is_empty() { Vec::new() } else { counts.collect() },
+            mean,
+            variance,
+            layers: layers.iter().copied().zip(self.layers).collect(),
+            features: Vec::new(),
+            ids: PictureIds::default(),
+        }
+    }
+
+    /// Samples of a pixel on average.
+    fn mean_count(&self) -> f64 {
+        f64::from(self.samples) + self.surplus.mean()
+    }
+
+    /// Joins the picture of another render, by the weights that both have for each colour of the checkerboard: sums over
+    /// their groups, to which a pixel's own noise has added nothing. By their numbers of samples, if `by_samples` or one of
+    /// them knows nothing of its noise.
+    pub(super) fn join(&mut self, other: &Picture, width: u32, by_samples: bool) {
+        let counts = [self.mean_count(), other.mean_count()];
+        let weights = [0, 1].map(|colour| match by_samples || !(self.told[colour] && other.told[colour]) {
+            true => counts,
+            false => [self.weight[colour], other.weight[colour]],
+        });
+        // a pixel with more samples than others counts as much more
+        let share = |count: u32, mean: f64| if mean > 0.0 { f64::from(count) / mean } else { 0.0 };
+        let shares: Vec<f32> = (0..self.mean.len())
+            .into_par_iter()
+            .map(|i| {
+                let [old, new] = weights[parity(i, width as usize)];
+                let old = old * share(self.samples + self.surplus.of(i), counts[0]);
+                let new = new * share(other.samples + other.surplus.of(i), counts[1]);
+                if new > 0.0 { (new / (old + new)) as f32 } else { 0.0 }
+            })
+            .collect();
+        let mix = |own: &mut [Rgb], others: &[Rgb]| {
+            let pixels = own.par_iter_mut().zip(others).zip(&shares);
+            pixels.for_each(|((own, other), share)| *own += (*other - *own) * *share);
+        };
+        mix(&mut self.mean, &other.mean);
+        self.layers.iter_mut().zip(&other.layers).for_each(|(own, other)| mix(own, other));
+        let variances = self.variance.par_iter_mut().zip(&other.variance).zip(&shares);
+        variances.for_each(|((own, other), share)| *own = *own * (1.0 - share).powi(2) + *other * share.powi(2));
+        for colour in [0, 1] {
+            self.told[colour] &= other.told[colour];
+            self.weight[colour] =
+                if self.told[colour] { self.weight[colour] + other.weight[colour] } else { counts[0] + counts[1] };
+        }
+        self.samples += other.samples;
+        self.surplus.add_all(&other.surplus);
     }
 
     pub(super) fn weigh_in(&mut self, width: u32, group: &IterationGroup, weights: [Option<f64>; 2]) {

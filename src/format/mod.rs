@@ -238,6 +238,10 @@ fn check_order(file: &SceneFile, path: &Path) -> Result<()> {
     let refined = guiding.method != GuidingMethod::Grid || guiding.table == DirectionTable::Tree;
     let wants = [
         (file.render.time.is_some(), "a number of samples and no time: a block has all of its samples before the next"),
+        (
+            file.render.noise.is_some(),
+            "a number of samples and no noise: a block has all of its samples before the next",
+        ),
         (guided && guiding.updates == Updates::Frozen, "guiding.updates = \"online\": it is one iteration"),
         (
             guided && refined,

@@ -1,54 +1,57 @@
 //! Checkpoints: all of a render in a file, from which it goes on to the same picture.
 //!
-//! All numbers are little-endian: 8 bytes [`MAGIC`], the format's version (`u32`), a [`Header`], the state, both in the wire format
-//! of the crate `postcard`, and the CRC-32 (IEEE 802.3) of all before it. The state is a [`Kept`]: [`RenderState`] with the
-//! iteration under way and the guide. Nothing else of a render is needed but its scene and its settings, which are loaded again
-//! and compared by the header. Radiance is in the scene's own unit of light.
+//! A file holds a [`Header`] and a [`Kept`]: [`RenderState`] with the iteration under way and the guide. Nothing else of a render is
+//! needed but its scene and its settings, which are loaded again and compared by the header. Radiance is in the scene's own unit
+//! of light.
 
 use super::limits::Spent;
 use super::onlooker::Moment;
+use super::sealed::{Kind, SealedFile};
 use super::state::{Record, RenderState};
 use super::{RenderSettings, Settings};
+use crate::Result;
 use crate::guiding::{Guide, GuideState};
-use crate::io::atomic::write_atomically;
 use crate::scene::Scene;
-use crate::{Error, Result};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-const MAGIC: [u8; 8] = *b"PTXCHECK";
-/// Changes whenever older files would be read wrongly.
-const VERSION: u32 = 1;
-/// Bytes before the header, and after the state.
-const HEAD: u64 = 12;
-const TAIL: u64 = 4;
+static KIND: Kind = Kind { magic: *b"PTXCHECK", version: 1, name: "checkpoint" };
 
-/// Bytes that all texts of a file take together at most.
-const TEXTS: usize = 1 << 20;
-
-/// What a checkpoint is of. `R` says how the render was asked for.
+/// What a file is of. `R` says how the render was asked for.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Header<R> {
     /// Hash of the scene, camera and film included.
     scene: String,
-    /// All settings but the budget.
+    /// All settings but budget and seed.
     settings: String,
+    seed: u64,
     pub(crate) request: R,
 }
 
 /// Settings that may not change from one part of a render to the next.
 fn fixed(settings: &Settings) -> String {
-    let budget = RenderSettings::default();
-    let render = RenderSettings { spp: budget.spp, time: budget.time, ..settings.render.clone() };
+    let RenderSettings { spp, time, noise, seed, .. } = RenderSettings::default();
+    let render = RenderSettings { spp, time, noise, seed, ..settings.render.clone() };
     format!("{:?}", (&settings.integrator, &settings.guiding, render))
 }
 
 impl<R> Header<R> {
     pub(crate) fn new(scene: &Scene, settings: &Settings, request: R) -> Header<R> {
-        Header { scene: scene.hash_text(), settings: fixed(settings), request }
+        Header { scene: scene.hash_text(), settings: fixed(settings), seed: settings.render.seed, request }
+    }
+
+    /// What keeps it from being of this scene and these settings, whatever the seed.
+    pub(super) fn conflict(&self, scene: &Scene, settings: &Settings) -> Option<&'static str> {
+        if self.scene != scene.hash_text() {
+            return Some("it is of another scene: geometry, materials, lights, camera or film differ");
+        }
+        (self.settings != fixed(settings))
+            .then_some("it is of other settings: [integrator], [guiding] or [render] differ")
+    }
+
+    pub(super) fn seed(&self) -> u64 {
+        self.seed
     }
 }
 
@@ -96,107 +99,24 @@ impl Moment<'_> {
     pub(crate) fn write_checkpoint<R: Serialize>(&self, path: &Path, header: &Header<R>) -> Result<()> {
         let guide = self.state.guide.as_ref().map(Guide::state);
         let Moment { state, record, spent, keeps_guide, .. } = *self;
-        let kept = Kept { state, record, guide, spent, keeps_guide };
-        write_atomically(path, |file| {
-            let mut out = BufWriter::with_capacity(1 << 18, Summed::new(file));
-            out.write_all(&MAGIC)?;
-            out.write_all(&VERSION.to_le_bytes())?;
-            let written = postcard::to_io(&(header, &kept), &mut out).map(drop);
-            out.get_mut().error.take().map_or(Ok(()), Err)?;
-            written.map_err(io::Error::other)?;
-            let Summed { to, sum, .. } = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-            to.write_all(&sum.finalize().to_le_bytes())
-        })
-    }
-}
-
-/// Counts the checksum of what is written. Postcard forgets why it could not write, so it is kept.
-struct Summed<T> {
-    to: T,
-    sum: crc32fast::Hasher,
-    error: Option<io::Error>,
-}
-
-impl<T> Summed<T> {
-    fn new(to: T) -> Summed<T> {
-        Summed { to, sum: crc32fast::Hasher::new(), error: None }
-    }
-}
-
-impl<T: Write> Write for Summed<T> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.to.write(bytes).inspect_err(|error| {
-            self.error = Some(error.raw_os_error().map_or_else(|| error.kind().into(), io::Error::from_raw_os_error));
-        })?;
-        self.sum.update(&bytes[..written]);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.to.flush()
+        KIND.write(path, &(header, Kept { state, record, guide, spent, keeps_guide }))
     }
 }
 
 /// A checkpoint whose header is read.
 pub(crate) struct CheckpointFile<R> {
-    path: PathBuf,
     pub(crate) header: Header<R>,
-    rest: io::Take<BufReader<File>>,
+    file: SealedFile,
 }
 
 /// Opens a checkpoint.
 ///
 /// # Errors
-/// [`Error::Io`] where there is no such file; [`Error::File`] for one that is no checkpoint, of another version, truncated or
-/// damaged. No file makes it take more memory than its own size.
+/// [`crate::Error::Io`] where there is no such file; [`crate::Error::File`] for one that is no checkpoint, of another version,
+/// truncated or damaged. No file makes it take more memory than a few times its own size.
 pub(crate) fn open<R: DeserializeOwned>(path: &Path) -> Result<CheckpointFile<R>> {
-    let mut file = File::open(path).map_err(Error::io(path))?;
-    let length = check(path, &mut file)?;
-    file.seek(SeekFrom::Start(HEAD)).map_err(Error::io(path))?;
-    let mut rest = BufReader::with_capacity(1 << 18, file).take(length - HEAD - TAIL);
-    let header = take(path, &mut rest)?;
-    Ok(CheckpointFile { path: path.to_path_buf(), header, rest })
-}
-
-/// Reads the next value.
-fn take<T: DeserializeOwned>(path: &Path, from: &mut impl Read) -> Result<T> {
-    let read = postcard::from_io((from, &mut vec![0; TEXTS][..])).map(|(value, _)| value);
-    read.map_err(|_| Error::file(path, "the checkpoint is malformed"))
-}
-
-/// That the file is a checkpoint of this version and whole; returns its length.
-fn check(path: &Path, file: &mut File) -> Result<u64> {
-    let bad = |message: String| Error::file(path, message);
-    let length = file.metadata().map_err(Error::io(path))?.len();
-    let mut head = Vec::new();
-    file.take(HEAD).read_to_end(&mut head).map_err(Error::io(path))?;
-    if head.is_empty() || !head.iter().zip(&MAGIC).all(|(a, b)| a == b) {
-        return Err(bad("this is not a checkpoint".into()));
-    }
-    let truncated = || bad("the checkpoint is truncated".into());
-    let version = head.get(8..12).and_then(|bytes| bytes.try_into().ok()).map(u32::from_le_bytes);
-    let version = version.ok_or_else(truncated)?;
-    if version != VERSION {
-        let message =
-            format!("the checkpoint is of version {version} of the format; this program reads version {VERSION}");
-        return Err(bad(message));
-    }
-    let body = length.checked_sub(HEAD + TAIL).ok_or_else(truncated)?;
-    let mut sum = crc32fast::Hasher::new();
-    sum.update(&head);
-    let (mut left, mut buffer) = (body, vec![0; 1 << 18]);
-    while left > 0 {
-        let some = &mut buffer[..left.min(1 << 18) as usize];
-        file.read_exact(some).map_err(Error::io(path))?;
-        sum.update(some);
-        left -= some.len() as u64;
-    }
-    let mut tail = [0; TAIL as usize];
-    file.read_exact(&mut tail).map_err(Error::io(path))?;
-    if sum.finalize().to_le_bytes() != tail {
-        return Err(bad("the checkpoint is truncated or damaged: its checksum does not match".into()));
-    }
-    Ok(length)
+    let mut file = KIND.open(path)?;
+    Ok(CheckpointFile { header: file.take()?, file })
 }
 
 impl<R> CheckpointFile<R> {
@@ -204,23 +124,25 @@ impl<R> CheckpointFile<R> {
     ///
     /// # Errors
     /// Another scene, other settings, and a state that is none of theirs.
-    pub(crate) fn read(mut self, scene: &Scene, settings: &Settings) -> Result<Checkpoint> {
-        let bad = |message: &str| Error::file(&self.path, message);
-        if self.header.scene != scene.hash_text() {
-            return Err(bad("the checkpoint is of another scene: geometry, materials, lights, camera or film differ"));
+    pub(crate) fn read(self, scene: &Scene, settings: &Settings) -> Result<Checkpoint> {
+        match self.header.seed == settings.render.seed {
+            true => self.read_of_any_seed(scene, settings),
+            false => Err(self.file.error("it is of other settings: render.seed differs")),
         }
-        if self.header.settings != fixed(settings) {
-            return Err(bad("the checkpoint is of other settings: [integrator], [guiding] or [render] differ"));
-        }
-        let kept: Kept<RenderState, Record> = take(&self.path, &mut self.rest)?;
+    }
+
+    /// As [`Self::read`], whatever the seed.
+    pub(crate) fn read_of_any_seed(mut self, scene: &Scene, settings: &Settings) -> Result<Checkpoint> {
+        self.header.conflict(scene, settings).map_or(Ok(()), |why| Err(self.file.error(why)))?;
+        let kept: Kept<RenderState, Record> = self.file.take()?;
         let Kept { mut state, record, guide, spent, keeps_guide } = kept;
         let new = Guide::new(&settings.guiding, scene.bounds(), scene.facets());
-        if !state.fits(scene, settings) || new.is_some() != guide.is_some() || self.rest.limit() > 0 {
-            return Err(bad("the checkpoint is malformed"));
+        if !state.fits(scene, settings) || new.is_some() != guide.is_some() || !self.file.is_at_end() {
+            return Err(self.file.error("it is malformed"));
         }
         state.guide = new;
         if let Some((new, guide)) = state.guide.as_mut().zip(guide) {
-            new.resume(guide).map_err(|message| bad(&format!("the guide in the checkpoint: {message}")))?;
+            new.resume(guide).map_err(|message| self.file.error(&format!("its guide: {message}")))?;
         }
         Ok(Checkpoint { state, record, spent, keeps_guide })
     }

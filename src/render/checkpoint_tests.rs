@@ -108,8 +108,12 @@ fn check(set: &[&str], keep: bool, every: usize) -> Rendering {
     for path in &keeper.written {
         assert_same(&whole, &gone_on(path, &scene, &settings), &format!("{set:?} from {}", path.display()));
     }
-    let is_long = settings.render.spp > 100;
-    for &at in if is_long { &[33][..] } else { &[9, 33] } {
+    let cuts = match (settings.render.noise, settings.render.spp) {
+        (Some(_), _) => &[9][..],
+        (None, ..=100) => &[9, 33],
+        (None, _) => &[33],
+    };
+    for &at in cuts {
         let watch = Stopper { stop: Stop::new(), begun: AtomicUsize::new(0), at };
         let mut keeper = Keeper::new(&header, usize::MAX);
         let shown = (&mut |_: &_| true, &mut keeper);
@@ -128,6 +132,13 @@ fn check(set: &[&str], keep: bool, every: usize) -> Rendering {
 fn without_a_guide() {
     check(&["guiding.method=none"], false, 3);
     check(&["guiding.method=none", "render.sampler=independent", "render.combine=last"], false, 3);
+}
+
+#[test]
+fn until_it_is_good() {
+    let small = ["film.width=32", "film.height=18", "render.spp=50000", "render.noise=0.6"];
+    let whole = check(&[&["guiding.method=adaptive"][..], &small].concat(), false, 9);
+    assert!(whole.relative_error.unwrap() <= 0.6 && whole.samples < 50000, "{} samples", whole.samples);
 }
 
 #[test]
@@ -193,7 +204,7 @@ fn what_is_no_whole_checkpoint_of_this_scene_is_an_error_that_says_so() {
         assert_ne!(error(&damaged, &scene, &settings), "", "byte {length}");
     }
     assert!(error(&[&good[..], b"!"].concat(), &scene, &settings).contains("damaged"));
-    assert!(error(b"a text of some length", &scene, &settings).contains("this is not a checkpoint"));
+    assert!(error(b"a text of some length", &scene, &settings).contains("this is no checkpoint"));
     let mut other = good.clone();
     other[8] = 77;
     assert!(error(&other, &scene, &settings).contains("version 77 of the format"));

@@ -60,7 +60,7 @@ impl<'a, W: Watch> Driver<'a, W> {
     /// One iteration, with one frozen guide unless updates are on-line, or the rest of one; `false` where rendering is over.
     pub fn iterate(&mut self, observer: Observer, onlooker: &mut dyn Onlooker) -> bool {
         let resumed = self.record.take();
-        let is_over = resumed.is_some() && self.limits.time_is_up();
+        let is_over = resumed.as_ref().is_some_and(|record| record.is_good || self.limits.time_is_up());
         let Some(mut record) = resumed.or_else(|| self.begin_iteration()) else { return false };
         let go_on = !is_over && self.passes(&mut record, observer, onlooker);
         self.take_in(&mut record);
@@ -101,8 +101,9 @@ impl<'a, W: Watch> Driver<'a, W> {
             // at least two passes, so that the noise of their mean shows in the difference of two halves
             let pass = self.tiling.samples.min(target.div_ceil(2)).min(target - record.report.samples);
             let whole = self.pass(pass, record);
-            let go_on =
-                observer(&self.progress()) && whole && !self.limits.stop.is_asked() && !self.limits.time_is_up();
+            record.is_good = whole && self.is_good(record);
+            let is_over = record.is_good || !whole || self.limits.stop.is_asked() || self.limits.time_is_up();
+            let go_on = observer(&self.progress()) && !is_over;
             self.show(record, onlooker, !go_on || (last && record.report.samples >= target));
             if !go_on {
                 return false;
@@ -112,6 +113,13 @@ impl<'a, W: Watch> Driver<'a, W> {
             }
         }
         true
+    }
+
+    /// Whether the picture is as good as was asked for.
+    fn is_good(&mut self, record: &mut Record) -> bool {
+        let Some(noise) = self.job.settings.render.noise.filter(|_| self.state.estimates_error()) else { return false };
+        self.take_in(record);
+        self.state.is_as_good(noise)
     }
 
     /// Adds `samples` to every pixel, or the rest of a pass that was cut; `false` where it was cut, and some pixels had theirs
@@ -258,6 +266,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             cpu,
             film_wall_seconds: clock.elapsed().as_secs_f64() - wall_seconds,
             verdict: state.policy.verdict(),
+            relative_error: state.relative_error,
             iterations: state.iterations,
             guide: state.guide,
             learnt_paths: state.learnt_paths,

@@ -5,11 +5,14 @@ mod driver;
 mod foresight;
 pub mod guide_file;
 mod limits;
+pub(crate) mod merge;
 mod noise;
 mod onlooker;
+pub(crate) mod part;
 mod policy;
 mod roulette;
 mod schedule;
+mod sealed;
 mod settings;
 mod state;
 mod tracer;
@@ -113,6 +116,8 @@ pub struct Rendering {
     pub verdict: Option<Verdict>,
     /// Camera paths of the last iteration from which the guide learnt.
     pub learnt_paths: u64,
+    /// The newest estimate of the picture's relative error, where it was to end by that.
+    pub relative_error: Option<f64>,
 }
 
 /// The guide before and after a render.
@@ -197,6 +202,9 @@ pub fn resume<W: Watch>(
 
 #[cfg(test)]
 mod edge_tests;
+
+#[cfg(test)]
+mod quality_tests;
 
 #[cfg(test)]
 mod sampler_tests;

@@ -39,6 +39,18 @@ impl Tiling {
         Tiling { width, height, side, samples }
     }
 
+    /// The same with batches that take one sample of each pixel, whatever the size of the image: then a batch depends on nothing
+    /// but its tile and the number of its sample.
+    pub fn of_single_samples(width: u32, height: u32) -> Tiling {
+        Tiling { width, height, side: 64, samples: 1 }
+    }
+
+    /// All tiles, row by row.
+    pub fn tiles(&self) -> Vec<Tile> {
+        let (columns, rows) = self.size_in_tiles();
+        (0..rows).flat_map(|row| (0..columns).map(move |column| self.tile(column, row))).collect()
+    }
+
     /// All tasks of a pass, in an order of which every stretch covers the picture evenly: a guide that has learnt enough
     /// before a pass ends has then learnt from all of the picture. Each pass begins elsewhere in that order, so that such
     /// a guide does not learn from the same tiles again and again.

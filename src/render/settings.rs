@@ -16,6 +16,8 @@ pub struct RenderSettings {
     /// Seconds after loading; rendering stops at whichever of `spp` and `time` comes first, but not before every pixel has a
     /// sample.
     pub time: Option<f64>,
+    /// Relative error of the picture at which rendering stops too.
+    pub noise: Option<f64>,
     pub seed: u64,
     pub sampler: SamplerKind,
     pub combine: Combine,
@@ -33,6 +35,7 @@ impl Default for RenderSettings {
         RenderSettings {
             spp: 64,
             time: None,
+            noise: None,
             seed: 0,
             sampler: SamplerKind::Sobol,
             combine: Combine::InverseVariance,
@@ -59,7 +62,8 @@ impl RenderSettings {
     pub(crate) fn read(&mut self, t: &mut Reader) -> Result<(), Fault> {
         let spp = key("spp", "over all iterations").unit("samples per pixel");
         t.integer(spp, 1..=u64::from(u32::MAX), &mut self.spp)?;
-        t.seconds(key("time", TIME).unit("seconds"), &mut self.time)?;
+        t.positive(key("time", TIME).unit("seconds"), &mut self.time)?;
+        t.positive(key("noise", NOISE), &mut self.noise)?;
         t.integer(key("seed", SEED), 0..=u64::MAX, &mut self.seed)?;
         t.choice(key("sampler", SAMPLER), &SamplerKind::NAMES, &mut self.sampler)?;
         let robust = "no ray slips between two triangles that share an edge, for about a quarter of the speed";
@@ -76,6 +80,8 @@ impl RenderSettings {
 const TIME: &str = "after loading; rendering stops at whichever of `spp` and `time` comes first. All pixels get one sample at least, \
     however long that takes; later a pass that takes more than a fiftieth of the time is cut where the time ends, so that some \
     pixels have more samples than others (layer `samples.Y`)";
+const NOISE: &str = "relative error of the picture, for example 0.02: rendering stops once it is estimated to be no larger, or at `spp` or \
+    `time` if one of them comes first. See [long-renders.md](long-renders.md#until-it-is-good)";
 const SEED: &str = "of all random numbers: the same seed and `spp` give the same picture, bit for bit, with any number of threads, \
     by one build of the program at one instruction set of Embree's (see [processors.md](processors.md#the-same-picture-bit-for-bit))";
 const SAMPLER: &str = "how the samples of a pixel are spread: evenly, by scrambled Sobol' points, or as independent random numbers; see \

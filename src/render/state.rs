@@ -15,6 +15,9 @@ use crate::io::clock::WallClock;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
+/// Samples per pixel after which the error of the picture is estimated first: fewer say little of it.
+const FIRST_ESTIMATE: u32 = 16;
+
 /// All that a render takes from one iteration to the next: with the scene, the settings and this it goes on, in another
 /// process too, and ends with the same picture. In the middle of an iteration the [`Record`] belongs to it. It holds no clocks,
 /// threads or buffers.
@@ -47,6 +50,9 @@ pub(super) struct RenderState {
     pub learnt_samples: u32,
     /// Camera paths of the last iteration from which it has learnt, in this render or the one before.
     pub learnt_paths: u64,
+    /// Samples per pixel after which the error of the picture is estimated next, and the newest estimate.
+    pub next_estimate: u32,
+    pub relative_error: Option<f64>,
     pub iterations: Vec<IterationReport>,
 }
 
@@ -61,6 +67,8 @@ pub(super) struct Record {
     pub clock: WallClock,
     /// The pass that was cut, where rendering ended in the middle of one.
     pub cut: Option<CutPass>,
+    /// The picture is as good as was asked for.
+    pub is_good: bool,
     /// No state of this iteration can go on to the same bits any more: a round was cut after which the guide would have changed.
     #[serde(skip)]
     pub is_broken: bool,
@@ -92,12 +100,13 @@ pub(super) struct CutPass {
 impl Record {
     /// Of an iteration that begins now.
     fn new(order: IterationOrder, report: IterationReport, passes: Option<Vec<Counters>>) -> Record {
-        Record { report, passes, order, clock: WallClock::start(), cut: None, is_broken: false }
+        Record { report, passes, order, clock: WallClock::start(), cut: None, is_good: false, is_broken: false }
     }
 
     /// What another budget than the one that it was made for leaves of its order: `before` is the number of samples before
     /// it, `spp` of all that there may be.
     pub fn reorder(&mut self, before: u32, spp: u32) {
+        self.is_good = false;
         let left = spp.saturating_sub(before);
         self.order.samples = self.order.samples.min(left).max(self.report.samples);
         self.order.last = self.order.samples >= left;
@@ -143,7 +152,8 @@ impl RenderState {
         let layers = settings.render.radiance_layers(scene.light_groups().names().len());
         RenderState {
             film: Film::new(width, height, combine(settings, &policy), &layers)
-                .of_even_samples(settings.render.sampler != SamplerKind::Independent),
+                .of_even_samples(settings.render.sampler != SamplerKind::Independent)
+                .that_tells_its_error(settings.render.noise.is_some()),
             layers,
             guide,
             plan: policy.next_iteration(&History { samples: 0, planned: None }),
@@ -157,6 +167,8 @@ impl RenderState {
             paths: 0,
             learnt_samples,
             learnt_paths,
+            next_estimate: FIRST_ESTIMATE,
+            relative_error: None,
             iterations: Vec::new(),
         }
     }
@@ -186,6 +198,19 @@ impl RenderState {
     /// Whether the guide's snapshot follows what it learns, round by round.
     pub fn is_online(&self, settings: &Settings) -> bool {
         self.guide.is_some() && settings.guiding.updates == Updates::Online
+    }
+
+    /// Estimates the error of the picture; returns whether it is `noise` at most. It is time to again after an eighth more
+    /// samples: by their number, so that no clock decides how many there are.
+    pub fn is_as_good(&mut self, noise: f64) -> bool {
+        self.next_estimate = self.samples().saturating_add((self.samples() / 8).max(1));
+        self.relative_error = self.film.relative_error();
+        self.relative_error.is_some_and(|error| error <= noise)
+    }
+
+    /// Whether the error is estimated after the newest pass.
+    pub fn estimates_error(&self) -> bool {
+        self.samples() >= self.next_estimate
     }
 
     /// The record of the iteration that begins now. If `remembers`, the state can be kept at any time.

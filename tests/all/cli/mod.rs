@@ -15,6 +15,7 @@ mod previews;
 mod processors;
 mod render;
 mod resuming;
+mod sharing;
 mod stopping;
 mod transforms;
 mod views;

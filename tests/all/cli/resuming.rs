@@ -132,7 +132,7 @@ fn checkpoints_that_cannot_be_written_or_read_are_told_of() {
     assert!(text.contains("alpha = 0.15"));
     std::fs::write(&copy, text.replace("alpha = 0.15", "alpha = 0.16")).unwrap();
     let said = run(here.path(), &["resume", "c"], 1);
-    assert!(said.contains("c: the checkpoint is of another scene"), "{said}");
-    assert!(run(here.path(), &["resume", "door.exr"], 1).contains("door.exr: this is not a checkpoint"));
+    assert!(said.contains("c: the checkpoint: it is of another scene"), "{said}");
+    assert!(run(here.path(), &["resume", "door.exr"], 1).contains("door.exr: this is no checkpoint"));
     assert!(run(here.path(), &["resume", "nothing"], 1).contains("nothing: "));
 }

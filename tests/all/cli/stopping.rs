@@ -23,6 +23,22 @@ fn time_ends_a_render() {
 }
 
 #[test]
+fn noise_ends_a_render() {
+    let here = folder();
+    let report = |arguments: &[&str]| -> Value {
+        let mut command = phototaxis(here.path());
+        command.arg("render").arg(scene("cornell.toml")).args(TINY).args(["-q", "-o", "a.exr", "--json", "-"]);
+        serde_json::from_slice(&command.args(arguments).assert().code(0).get_output().stdout).unwrap()
+    };
+    let good = report(&["--noise", "15%"]);
+    let error = good["relative_error"].as_f64().unwrap();
+    assert!((0.05..=0.15).contains(&error) && good["spp"].as_u64().unwrap() >= 16, "{good}");
+    let few = report(&["--noise", "0.000001", "--spp", "18"]);
+    assert!(few["spp"] == 18 && few["relative_error"].as_f64().unwrap() > 0.01, "{few}");
+    assert!(report(&["--spp", "18"])["relative_error"].is_null());
+}
+
+#[test]
 fn of_time_and_samples_the_first_ends_it() {
     let here = folder();
     let arguments = ["--time", "100", "--spp", "3", "-o", "a.png", "--json", "-"];

@@ -1,0 +1,67 @@
+//! Renders of one scene with other seeds, joined.
+
+use super::onlooker::in_watts;
+use super::{Checkpoint, IterationReport, Rendering};
+use crate::film::JointFilm;
+use crate::io::clock::CpuTime;
+use crate::scene::Scene;
+
+/// Several renders as one.
+pub(crate) struct Merged {
+    film: JointFilm,
+    seeds: Vec<u64>,
+    iterations: Vec<IterationReport>,
+    samples: u32,
+    wall_seconds: f64,
+    cpu: CpuTime,
+}
+
+impl Merged {
+    /// Begins with one.
+    pub(crate) fn new(first: Checkpoint) -> Merged {
+        let Checkpoint { state, record, spent, .. } = first;
+        let samples = state.samples();
+        let mut iterations = state.iterations;
+        iterations.push(record.report);
+        let (wall_seconds, cpu) = (spent.wall.elapsed().as_secs_f64(), spent.cpu);
+        Merged { film: state.film.into_joint(), seeds: vec![state.seed], iterations, samples, wall_seconds, cpu }
+    }
+
+    /// Adds another.
+    ///
+    /// # Errors
+    /// Where it drew the same random numbers as one of those before.
+    pub(crate) fn add(&mut self, other: Checkpoint) -> Result<(), String> {
+        if self.seeds.contains(&other.state.seed) {
+            return Err("its render has the same seed as another: its samples would be the same again".into());
+        }
+        let other = Merged::new(other);
+        self.film.join(other.film);
+        self.seeds.extend(other.seeds);
+        self.iterations.extend(other.iterations);
+        self.samples = self.samples.saturating_add(other.samples);
+        self.wall_seconds += other.wall_seconds;
+        self.cpu += other.cpu;
+        Ok(())
+    }
+
+    /// The picture, and what is to be said of all renders together.
+    pub(crate) fn finish(self, scene: &Scene) -> Rendering {
+        Rendering {
+            estimate: in_watts(self.film.finish(), scene.light_unit()),
+            iterations: self.iterations,
+            samples: self.samples,
+            wall_seconds: self.wall_seconds,
+            cpu: self.cpu,
+            film_wall_seconds: 0.0,
+            guide: None,
+            verdict: None,
+            learnt_paths: 0,
+            relative_error: None,
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "merge_tests.rs"]
+mod tests;

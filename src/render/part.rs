@@ -1,0 +1,278 @@
+//! A range of the samples of a render, for machines that share it.
+//!
+//! All samples of such a render are drawn alike: without a guide, or with one that was learnt before and stays as it is. So a
+//! sample depends on nothing but its number, and sums that do not depend on their order make the same picture of any parts.
+
+use super::checkpoint::Header;
+use super::guide_file::LoadedGuide;
+use super::limits::Limits;
+use super::onlooker::in_watts;
+use super::schedule::Tiling;
+use super::sealed::{Kind, SealedFile};
+use super::{IterationReport, Observer, Progress, Rendering, Settings, Stop};
+use crate::Result;
+use crate::film::accumulate::FEATURE_SAMPLES;
+use crate::film::tile::Tile;
+use crate::film::{ExactFilm, TileSums};
+use crate::integrator::path::GuideUse;
+use crate::integrator::{Batch, Counters, PathIntegrator, Task};
+use crate::io::clock::CpuTime;
+use crate::scene::Scene;
+use rayon::prelude::*;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+static KIND: Kind = Kind { magic: *b"PTXFILM\0", version: 1, name: "film" };
+
+/// Camera paths between two reports of progress, at least.
+const STRETCH: u64 = 1 << 18;
+
+/// Which samples, by number, of how many per pixel in all.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Part {
+    pub(crate) samples: Range<u32>,
+    pub(crate) spp: u32,
+}
+
+impl Part {
+    /// Part `number` of `parts`, counted from 1, which are as equal as can be; `None` where it would be empty.
+    pub(crate) fn of(number: u32, parts: u32, spp: u32) -> Option<Part> {
+        let bound = |n: u32| (u64::from(spp) * u64::from(n) / u64::from(parts)) as u32;
+        let samples = bound(number.checked_sub(1)?)..bound(number);
+        (number <= parts && !samples.is_empty()).then_some(Part { samples, spp })
+    }
+}
+
+/// What took part in making samples, and how long that took.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Account {
+    /// Tells guides apart.
+    guide: Option<u64>,
+    counters: Counters,
+    wall_seconds: f64,
+    cpu: CpuTime,
+}
+
+/// The samples of a part.
+pub(crate) struct PartFilm {
+    part: Part,
+    account: Account,
+    film: ExactFilm,
+}
+
+/// Renders a part of a scene, with a guide that stays as it is or without one; `None` where it was stopped.
+pub(crate) fn render_part(
+    scene: &Scene,
+    settings: &Settings,
+    guide: Option<&LoadedGuide>,
+    part: Part,
+    stop: &Stop,
+    observer: Observer,
+) -> Option<PartFilm> {
+    let limits = Limits::from_now(None, stop);
+    let layers = settings.render.radiance_layers(scene.light_groups().names().len());
+    let work = Work {
+        integrator: PathIntegrator {
+            scene,
+            settings: &settings.integrator,
+            guide: guide.map(|loaded| GuideUse {
+                field: loaded.guide.field(),
+                settings: &settings.guiding,
+                learn: false,
+                efficiency: None,
+            }),
+            seed: settings.render.seed ^ guide.map_or(0, |loaded| loaded.salt),
+            sampler: settings.render.sampler,
+            sequence: 0,
+            features: false,
+            ids: false,
+            bounced: false,
+            layers: &layers,
+        },
+        tiling: Tiling::of_single_samples(scene.camera.width, scene.camera.height),
+        film: empty_film(scene, settings),
+        batches: Mutex::default(),
+        stop,
+    };
+    let mut counters = Counters::default();
+    let (pixels, all) = (scene.camera.width as u64 * scene.camera.height as u64, part.samples.len() as f64);
+    let step = STRETCH.div_ceil(pixels) as usize;
+    for first in part.samples.clone().step_by(step) {
+        let samples = first..part.samples.end.min(first.saturating_add(step as u32));
+        counters.add(&work.stretch(samples.clone())?);
+        let (done, paths) = (samples.end - part.samples.start, counters.paths);
+        let progress = Progress { samples: done, share: f64::from(done) / all, wall_seconds: limits.elapsed(), paths };
+        if !observer(&progress) {
+            return None;
+        }
+    }
+    let guide = guide.map(|loaded| loaded.salt);
+    let account = Account { guide, counters, wall_seconds: limits.elapsed(), cpu: limits.spent().cpu };
+    Some(PartFilm { part, account, film: work.film })
+}
+
+/// What threads work on.
+struct Work<'a> {
+    integrator: PathIntegrator<'a>,
+    tiling: Tiling,
+    film: ExactFilm,
+    batches: Mutex<Vec<Batch>>,
+    stop: &'a Stop,
+}
+
+impl Work<'_> {
+    /// Takes these samples of all pixels; `None` where that was stopped.
+    fn stretch(&self, samples: Range<u32>) -> Option<Counters> {
+        let tiles = self.tiling.tiles();
+        let task =
+            |sample: u32| move |(k, tile): (usize, &Tile)| (k, Task { tile: *tile, first_sample: sample, samples: 1 });
+        let tasks: Vec<(usize, Task)> = samples.flat_map(|sample| tiles.iter().enumerate().map(task(sample))).collect();
+        let all = tasks.into_par_iter().map(|(k, task)| self.trace(k, &task));
+        all.try_reduce(Counters::default, |mut all, counters| {
+            all.add(&counters);
+            Some(all)
+        })
+    }
+
+    fn trace(&self, number: usize, task: &Task) -> Option<Counters> {
+        let pool = || self.batches.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut batch = pool().pop().unwrap_or_default();
+        let integrator = PathIntegrator { features: task.first_sample < FEATURE_SAMPLES, ..self.integrator };
+        let result = match self.stop.is_due() {
+            true => None,
+            false => integrator.render_probed(task, &mut batch, &mut (), self.stop),
+        };
+        pool().push(batch);
+        let result = result?;
+        self.film.add(number, &result.samples);
+        Some(result.counters)
+    }
+}
+
+fn empty_film(scene: &Scene, settings: &Settings) -> ExactFilm {
+    let (width, height) = (scene.camera.width, scene.camera.height);
+    let layers = settings.render.radiance_layers(scene.light_groups().names().len());
+    ExactFilm::new(width, height, Tiling::of_single_samples(width, height).tiles(), &layers)
+}
+
+impl PartFilm {
+    /// Writes it, as a whole or not at all.
+    ///
+    /// # Errors
+    /// All failures to write.
+    pub(crate) fn write<R: Serialize>(self, path: &Path, header: &Header<R>) -> Result<()> {
+        KIND.write(path, &(header, &self.part, &self.account, self.film.into_tiles()))
+    }
+}
+
+/// A film of a part, of which all but the samples is read.
+pub(crate) struct PartFile<R> {
+    path: PathBuf,
+    pub(crate) header: Header<R>,
+    part: Part,
+    account: Account,
+    file: SealedFile,
+}
+
+/// Whether a file is such a film, of whatever version.
+pub(crate) fn is_film(path: &Path) -> bool {
+    KIND.is_of(path)
+}
+
+/// Opens a film.
+///
+/// # Errors
+/// [`crate::Error::Io`] where there is no such file; [`crate::Error::File`] for one that is no film, of another version, truncated
+/// or damaged.
+pub(crate) fn open<R: DeserializeOwned>(path: &Path) -> Result<PartFile<R>> {
+    let mut file = KIND.open(path)?;
+    let (header, part, account) = (file.take()?, file.take()?, file.take()?);
+    Ok(PartFile { path: path.to_path_buf(), header, part, account, file })
+}
+
+/// Joins the films of all parts of a render, in any order.
+///
+/// # Errors
+/// Films of another scene, of other settings, with another seed or guide; samples that two films hold, or none.
+pub(crate) fn join<R>(scene: &Scene, settings: &Settings, mut files: Vec<PartFile<R>>) -> Result<Rendering> {
+    files.sort_by_key(|file| file.part.samples.start);
+    check(scene, settings, &files)?;
+    let mut film = empty_film(scene, settings);
+    let (mut counters, mut wall_seconds, mut cpu) = (Counters::default(), 0.0, CpuTime::default());
+    let spp = files.first().map_or(0, |file| file.part.spp);
+    for mut file in files {
+        add_tiles(&mut film, &mut file.file)?;
+        counters.add(&file.account.counters);
+        wall_seconds += file.account.wall_seconds;
+        cpu += file.account.cpu;
+    }
+    let iteration = IterationReport { samples: spp, wall_seconds, counters, ..IterationReport::default() };
+    Ok(Rendering {
+        estimate: in_watts(film.finish(spp, spp.min(FEATURE_SAMPLES)), scene.light_unit()),
+        iterations: vec![iteration],
+        samples: spp,
+        wall_seconds,
+        cpu,
+        film_wall_seconds: 0.0,
+        guide: None,
+        verdict: None,
+        learnt_paths: 0,
+        relative_error: None,
+    })
+}
+
+/// Adds what a file holds, one tile after the other, so that there are never two films in memory.
+fn add_tiles(film: &mut ExactFilm, file: &mut SealedFile) -> Result<()> {
+    let malformed = |file: &SealedFile| file.error("it is malformed");
+    // a sequence is its length and its elements
+    if file.take::<usize>()? != film.tiles() {
+        return Err(malformed(file));
+    }
+    for number in 0..film.tiles() {
+        let sums: TileSums = file.take()?;
+        if !film.add_sums(number, &sums) {
+            return Err(malformed(file));
+        }
+    }
+    if file.is_at_end() { Ok(()) } else { Err(malformed(file)) }
+}
+
+/// That all are parts of the same render, and each sample is in one of them.
+fn check<R>(scene: &Scene, settings: &Settings, files: &[PartFile<R>]) -> Result<()> {
+    let Some(first) = files.first() else { return Ok(()) };
+    let mut next = 0;
+    for (k, file) in files.iter().enumerate() {
+        file.header.conflict(scene, settings).map_or(Ok(()), |why| Err(file.file.error(why)))?;
+        let bad = |what: &str| Err(file.file.error(&format!("{what} than {}", first.path.display())));
+        if file.header.seed() != first.header.seed() {
+            return bad("it has another seed");
+        }
+        if file.account.guide != first.account.guide {
+            return bad("it was rendered with another guide");
+        }
+        if file.part.spp != first.part.spp {
+            return bad("it is a part of more or fewer samples per pixel");
+        }
+        let Range { start, end } = file.part.samples;
+        if start < next {
+            let other = files[k - 1].path.display();
+            return Err(file.file.error(&format!("its samples {start} to {} are in {other} too", next.min(end) - 1)));
+        }
+        if start > next {
+            return Err(file.file.error(&format!("samples {next} to {} before it are in no file", start - 1)));
+        }
+        next = end;
+    }
+    if next < first.part.spp {
+        let last = files.last().unwrap_or(first);
+        return Err(last.file.error(&format!("samples {next} to {} after it are in no file", first.part.spp - 1)));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+#[path = "part_tests.rs"]
+mod tests;

@@ -1,0 +1,139 @@
+//! Parts of a render make the same picture, however many there are.
+
+use super::super::{GuideIo, Rendering, Settings, Stop, guide_file, render, render_keeping};
+use super::{Header, Part, join, open, render_part};
+use crate::format;
+use crate::render::guide_file::{GuideFingerprint, LoadedGuide};
+use crate::scene::Scene;
+use std::path::Path;
+
+fn door(set: &[&str]) -> (Scene, Settings) {
+    let small = ["film.width=70", "film.height=40", "render.layers=[\"direct\", \"P\"]", "render.spp=37"];
+    let set: Vec<String> = small.iter().chain(set).map(ToString::to_string).collect();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/door.toml");
+    let (description, _) = format::load(&path, &set).unwrap();
+    let (scene, _) = description.load_scene(1).unwrap();
+    let (integrator, guiding, render) = (description.integrator, description.guiding, description.render);
+    (scene, Settings { integrator, guiding, render })
+}
+
+/// Renders so many parts, on so many threads, into files of a folder.
+fn files(
+    folder: &Path,
+    (scene, settings): (&Scene, &Settings),
+    guide: Option<&LoadedGuide>,
+    parts: u32,
+    threads: usize,
+) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    for number in 1..=parts {
+        let part = Part::of(number, parts, settings.render.spp).unwrap();
+        let film = pool.install(|| render_part(scene, settings, guide, part, &Stop::new(), &mut |_| true)).unwrap();
+        film.write(&folder.join(format!("{number}-{parts}")), &Header::new(scene, settings, ())).unwrap();
+    }
+}
+
+fn joined(folder: &Path, names: &[&str], scene: &Scene, settings: &Settings) -> Result<Rendering, String> {
+    let files = names.iter().map(|name| open::<()>(&folder.join(name)).unwrap()).collect();
+    join(scene, settings, files).map_err(|error| error.to_string())
+}
+
+fn assert_same(a: &Rendering, b: &Rendering) {
+    let (a, b) = (&a.estimate, &b.estimate);
+    assert!(a.mean == b.mean && a.variance == b.variance && a.layers == b.layers && a.samples == b.samples);
+    let positions = |e: &crate::film::accumulate::Estimate| -> Vec<_> {
+        e.features.iter().map(|f| (f.mean_position(), f.mean_depth(), f.albedo, f.normal)).collect()
+    };
+    assert!(positions(a) == positions(b));
+}
+
+#[test]
+fn any_number_of_parts_makes_the_picture_of_one_render() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, settings) = door(&["guiding.method=none"]);
+    let both = (&scene, &settings);
+    files(folder.path(), both, None, 1, 2);
+    files(folder.path(), both, None, 3, 1);
+    files(folder.path(), both, None, 5, 2);
+    let one = joined(folder.path(), &["1-1"], &scene, &settings).unwrap();
+    assert_same(&one, &joined(folder.path(), &["2-3", "3-3", "1-3"], &scene, &settings).unwrap());
+    assert_same(&one, &joined(folder.path(), &["1-5", "2-5", "3-5", "4-5", "5-5"], &scene, &settings).unwrap());
+    // the samples are those that a render takes that is not shared
+    let whole = render(&scene, &settings, &mut |_| true).estimate;
+    for (i, (a, b)) in one.estimate.mean.iter().zip(&whole.mean).enumerate() {
+        assert!((*a - *b).abs().max_element() <= 1e-4 * b.max_element() + 1e-9, "pixel {i}: {a} and {b}");
+    }
+    let depth = |e: &crate::film::accumulate::Estimate| e.features.iter().map(|f| f.depth).sum::<f32>();
+    assert!((depth(&one.estimate) / depth(&whole) - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn with_a_guide_from_before_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, settings) = door(&["guiding.method=adaptive", "render.spp=12"]);
+    let learnt = render_keeping(&scene, &settings, GuideIo { from: None, keep: true }, &mut |_| true);
+    let subject = GuideFingerprint::new(scene.content_hash_text(), &settings.guiding, &settings.integrator);
+    let path = folder.path().join("guide");
+    guide_file::write(&path, learnt.guide.as_ref().unwrap(), &subject, learnt.learnt_paths).unwrap();
+    let guide = guide_file::read(&path, &subject, &settings.guiding, scene.bounds()).unwrap();
+    files(folder.path(), (&scene, &settings), Some(&guide), 1, 2);
+    files(folder.path(), (&scene, &settings), Some(&guide), 2, 2);
+    let one = joined(folder.path(), &["1-1"], &scene, &settings).unwrap();
+    assert!(one.iterations[0].counters.guide_hits > 0);
+    assert_same(&one, &joined(folder.path(), &["1-2", "2-2"], &scene, &settings).unwrap());
+    files(folder.path(), (&scene, &settings), None, 3, 2);
+    let said = joined(folder.path(), &["1-2", "3-3"], &scene, &settings).err().unwrap();
+    assert!(said.contains("another guide"), "{said}");
+}
+
+#[test]
+fn parts_that_make_no_whole_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, settings) = door(&["guiding.method=none", "render.spp=8"]);
+    files(folder.path(), (&scene, &settings), None, 4, 2);
+    files(folder.path(), (&scene, &settings), None, 2, 2);
+    let said = |names: &[&str], scene: &Scene, settings: &Settings| joined(folder.path(), names, scene, settings).err();
+    let has = |names: &[&str], text: &str| {
+        let error = said(names, &scene, &settings).unwrap_or_default();
+        assert!(error.contains(text), "{names:?}: {error}");
+    };
+    has(&["1-2", "2-4", "4-4", "3-4"], "its samples 2 to 3 are in");
+    has(&["1-2", "2-2", "2-2"], "its samples 4 to 7 are in");
+    has(&["1-4", "3-4", "4-4"], "samples 2 to 3 before it are in no file");
+    has(&["2-2"], "samples 0 to 3 before it are in no file");
+    has(&["1-2", "3-4"], "samples 6 to 7 after it are in no file");
+    assert!(said(&["1-2", "3-4", "4-4"], &scene, &settings).is_none());
+    let (elsewhere, _) = door(&["camera.origin=[0.1, 1, 1]"]);
+    assert!(said(&["1-2", "2-2"], &elsewhere, &settings).unwrap().contains("of another scene"));
+    let (_, changed) = door(&["guiding.method=none", "integrator.max_depth=3"]);
+    assert!(said(&["1-2", "2-2"], &scene, &changed).unwrap().contains("of other settings"));
+    let mut other = settings.clone();
+    other.render.seed = 5;
+    let film = render_part(&scene, &other, None, Part::of(2, 2, 8).unwrap(), &Stop::new(), &mut |_| true).unwrap();
+    film.write(&folder.path().join("seed"), &Header::new(&scene, &other, ())).unwrap();
+    has(&["1-2", "seed"], "it has another seed");
+    let film = render_part(&scene, &settings, None, Part::of(2, 2, 9).unwrap(), &Stop::new(), &mut |_| true).unwrap();
+    film.write(&folder.path().join("nine"), &Header::new(&scene, &settings, ())).unwrap();
+    has(&["1-2", "nine"], "more or fewer samples");
+    let bytes = std::fs::read(folder.path().join("1-2")).unwrap();
+    std::fs::write(folder.path().join("short"), &bytes[..bytes.len() - 9]).unwrap();
+    assert!(open::<()>(&folder.path().join("short")).err().unwrap().to_string().contains("truncated"));
+}
+
+#[test]
+fn parts_are_as_equal_as_can_be_and_none_is_empty() {
+    let all: Vec<_> = (1..=3).map(|k| Part::of(k, 3, 10).unwrap().samples).collect();
+    assert_eq!(all, [0..3, 3..6, 6..10]);
+    assert!(Part::of(0, 3, 10).is_none() && Part::of(4, 3, 10).is_none() && Part::of(1, 3, 2).is_none());
+    assert_eq!(Part::of(u32::MAX, u32::MAX, u32::MAX).unwrap().samples, u32::MAX - 1..u32::MAX);
+}
+
+#[test]
+fn a_part_that_is_stopped_is_no_part() {
+    let (scene, settings) = door(&["guiding.method=none"]);
+    let part = || Part::of(1, 2, 8).unwrap();
+    assert!(render_part(&scene, &settings, None, part(), &Stop::new(), &mut |_| false).is_none());
+    let stop = Stop::new();
+    stop.insist();
+    assert!(render_part(&scene, &settings, None, part(), &stop, &mut |_| true).is_none());
+}
