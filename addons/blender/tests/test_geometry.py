@@ -163,6 +163,9 @@ class Geometry(unittest.TestCase):
         text.body, text.extrude = "A", 0.05
         text.materials.append(grey(0.3))
         add(text, location=(-0.4, 0.2, 0.1))
+        other = add(curve, location=(0, 0, 0.4), scale=(0.4, 0.4, 0.4))
+        array = other.modifiers.new("array", "ARRAY")
+        array.count = 2
         self.assertEqual(warnings(), [])
         compare(self)
 

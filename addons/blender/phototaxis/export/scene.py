@@ -165,7 +165,9 @@ class _Writer:
             files = self.written(instanced, described, matrix)
             self.places[("flat", len(self.places))] = _Places(instanced.name, files, [np.eye(4)])
             return
-        key = (data.as_pointer() if data else instanced.name, *(one.name for one in described))
+        # Curves and the like share their data where modifiers make different meshes of it.
+        shares = instanced.type == "MESH" or not len(instanced.modifiers)
+        key = (data.as_pointer() if data and shares else instanced.original.as_pointer(), *(one.name for one in described))
         if key not in self.places:
             written = self.written(instanced, described)
             self.places[key] = _Places(instanced.name, written, [])
