@@ -113,8 +113,8 @@ def _attribute(name: str, kind: str, data: bytes) -> bytes:
     return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(data)) + data
 
 
-def write(path: Path, pixels: np.ndarray) -> None:
-    """Writes rows (from the top) of red, green and blue, or of one number, or of red, green, blue and alpha."""
+def encoded(pixels: np.ndarray) -> bytes:
+    """A file of rows (from the top) of red, green and blue, or of one number, or of red, green, blue and alpha."""
     height, width, count = pixels.shape
     names = {1: "Y", 3: "BGR", 4: "ABGR"}[count]
     order = {1: [0], 3: [2, 1, 0], 4: [3, 2, 1, 0]}[count]
@@ -131,5 +131,4 @@ def write(path: Path, pixels: np.ndarray) -> None:
     rows = np.empty(height, dtype=[("y", "<i4"), ("size", "<i4"), ("data", "<f4", (count, width))])
     rows["y"], rows["size"] = np.arange(height), size
     rows["data"] = pixels[:, :, order].transpose(0, 2, 1)
-    with open(path, "wb") as file:
-        file.write(header + offsets.tobytes() + rows.tobytes())
+    return header + offsets.tobytes() + rows.tobytes()

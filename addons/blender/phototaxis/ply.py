@@ -51,10 +51,12 @@ def write(path: Path, mesh: Triangles) -> None:
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
     header += [f"property float {name}" for name in names]
     header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
-    with open(path, "wb") as file:
+    partial = path.with_name(path.name + ".part")
+    with open(partial, "wb") as file:
         file.write("\n".join(header).encode())
         file.write(vertices.tobytes())
         file.write(faces.tobytes())
+    partial.replace(path)
 
 
 def _header(file, path: Path) -> list[tuple[str, int, list[list[str]]]]:

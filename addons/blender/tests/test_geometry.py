@@ -12,10 +12,14 @@ from support import (
     exported,
     grey,
     light,
+    link,
     material,
     mesh,
+    node,
+    picture_file,
     quad,
     render,
+    steps,
     warnings,
 )
 
@@ -159,6 +163,9 @@ class Geometry(unittest.TestCase):
         text.body, text.extrude = "A", 0.05
         text.materials.append(grey(0.3))
         add(text, location=(-0.4, 0.2, 0.1))
+        other = add(curve, location=(0, 0, 0.4), scale=(0.4, 0.4, 0.4))
+        array = other.modifiers.new("array", "ARRAY")
+        array.count = 2
         self.assertEqual(warnings(), [])
         compare(self)
 
@@ -183,6 +190,29 @@ class Geometry(unittest.TestCase):
         made.modifiers.new("hair", "PARTICLE_SYSTEM")
         made.particle_systems[0].settings.type = "HAIR"
         self.assertIn("object 'grown': hair has no counterpart and is left out", warnings())
+
+    def test_what_is_in_the_folder_stays(self):
+        """A scene that was imported may have its own pictures there."""
+        lit()
+        folder = FOLDER / "again files"
+        folder.mkdir()
+        (folder / "notes.txt").write_text("mine")
+        made = material("shade", "ShaderNodeBsdfDiffuse")
+        steps_file = picture_file("steps", steps())
+        inside = folder / "packed.png"
+        inside.write_bytes(b"mine too")
+        steps_file.pack()
+        steps_file.name = "packed.png"
+        picture = node(made, "ShaderNodeTexImage", image=steps_file)
+        link(made, picture.outputs["Color"], made.node_tree.nodes["shader"].inputs["Color"])
+        quad(1.0, made, "shown", location=(0, 0, 0.2))
+        first = exported("again")[0].read_text()
+        left = sorted(p.name for p in folder.iterdir())
+        self.assertEqual(exported("again")[0].read_text(), first)
+        self.assertEqual(sorted(p.name for p in folder.iterdir()), left)
+        self.assertEqual((folder / "notes.txt").read_text(), "mine")
+        self.assertEqual(inside.read_bytes(), b"mine too")
+        self.assertIn("packed-1.png", left)
 
     def test_names_of_any_kind(self):
         lit()

@@ -158,7 +158,7 @@ class Import(unittest.TestCase):
         square(FOLDER / "square.ply")
         pixels = np.ones((64, 128, 3), np.float32) * np.linspace(0.2, 2, 128)[None, :, None]
         pixels[:, :, 1] *= np.linspace(1, 0.1, 64)[:, None]
-        exr.write(FOLDER / "around.exr", pixels)
+        (FOLDER / "around.exr").write_bytes(exr.encoded(pixels))
         cases = [
             'type = "point"\nposition = [1, 2, 3]\nintensity = [20, 10, 5]',
             'type = "directional"\ndirection = [-1, -2, -2]\nirradiance = [2, 3, 1]',

@@ -113,7 +113,7 @@ class Worlds(unittest.TestCase):
         pixels[:, :, 0] = np.linspace(0.1, 1, 512)
         pixels[:, :, 1] = np.linspace(2, 0.1, 256)[:, None]
         pixels[64:128, 96:192, 2] = 1
-        exr.write(FOLDER / "around.exr", pixels)
+        (FOLDER / "around.exr").write_bytes(exr.encoded(pixels))
         around = world(1.0)
         picture = node(around, "ShaderNodeTexEnvironment", image=bpy.data.images.load(str(FOLDER / "around.exr")))
         mapping, coordinates = node(around, "ShaderNodeMapping"), node(around, "ShaderNodeTexCoord")

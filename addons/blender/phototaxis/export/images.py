@@ -11,6 +11,7 @@ import numpy as np
 from .. import exr
 from ..warnings import Warnings
 from .fields import LUMINANCE, Constant, Picture
+from .files import Files
 
 #: Endings of files that Phototaxis reads.
 _READABLE = {".png", ".jpg", ".jpeg", ".exr", ".tga", ".bmp", ".tif", ".tiff", ".webp", ".hdr"}
@@ -26,8 +27,8 @@ def decode_srgb(stored: np.ndarray) -> np.ndarray:
 class Images:
     """The pictures of one export."""
 
-    def __init__(self, folder: Path, scene_folder: Path, warnings: Warnings) -> None:
-        self._folder = folder
+    def __init__(self, files: Files, scene_folder: Path, warnings: Warnings) -> None:
+        self._files = files
         self._scene_folder = scene_folder
         self._warnings = warnings
         self._written: dict[tuple, str] = {}
@@ -91,14 +92,9 @@ class Images:
             return path.resolve() if path.is_file() else None
         key = ("packed", image.name_full)
         if key not in self._written:
-            target = self._target(image.name, path.suffix.lower())
-            target.write_bytes(image.packed_files[0].packed_file.data)
-            self._written[key] = str(target)
+            data = image.packed_files[0].packed_file.data
+            self._written[key] = str(self._files.picture(_stem(image.name), path.suffix.lower(), data))
         return Path(self._written[key])
-
-    def _target(self, name: str, suffix: str) -> Path:
-        stem = Path(name).stem if Path(name).suffix.lower() in _READABLE else name
-        return unused(self._folder, stem, suffix)
 
     def name(self, path: Path) -> str:
         """A file as the scene file names it: by the way from its folder, if there is one."""
@@ -121,9 +117,8 @@ class Images:
             pixels = pixels[:, :, :3]
         key = (hash(pixels.tobytes()), pixels.shape)
         if key not in self._written:
-            target = self._target(picture.image.name, ".exr")
-            exr.write(target, np.ascontiguousarray(pixels[::-1]))
-            self._written[key] = str(target)
+            data = exr.encoded(np.ascontiguousarray(pixels[::-1]))
+            self._written[key] = str(self._files.picture(_stem(picture.image.name), ".exr", data))
         return self.name(Path(self._written[key]))
 
     def mean(self, picture: Picture) -> Constant:
@@ -141,11 +136,6 @@ class Images:
         return Constant(mean[:3].astype(float) * picture.tint)
 
 
-def unused(folder: Path, name: str, suffix: str) -> Path:
-    """A file that is not there yet, called by a name of Blender's."""
-    clean = "".join(c if c.isalnum() or c in "-_. " else "_" for c in name).strip(" .")[:100] or "unnamed"
-    path, count = folder / f"{clean}{suffix}", 0
-    while path.exists():
-        count += 1
-        path = folder / f"{clean}-{count}{suffix}"
-    return path
+def _stem(name: str) -> str:
+    """The name of an image without the ending of a file."""
+    return Path(name).stem if Path(name).suffix.lower() in _READABLE else name

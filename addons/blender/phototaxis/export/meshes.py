@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import ply
 from ..warnings import Warnings
-from .images import unused
+from .files import Files
 from .materials import Described
 
 
@@ -88,7 +88,7 @@ def _has_pictures(table: dict) -> bool:
 
 
 def write(
-    mesh, described: list[Described], name: str, folder: Path, warnings: Warnings, flat: np.ndarray | None = None
+    mesh, described: list[Described], name: str, files: Files, warnings: Warnings, flat: np.ndarray | None = None
 ) -> list[tuple[Path, Described]]:
     """Writes a mesh, made flat by a matrix where there is one: a file for each of the materials that some of its triangles have."""
     mesh.calc_loop_triangles()
@@ -105,7 +105,7 @@ def write(
         chosen = np.isin(slots, [k for k, d in enumerate(described) if d is one])
         if not chosen.any():
             continue
-        path = unused(folder, name if not written else f"{name} {one.name}", ".ply")
+        path = files.mesh(name if not written else f"{name} {one.name}")
         ply.write(path, triangles(corners, chosen, one, name, warnings))
         written.append((path, one))
     return written

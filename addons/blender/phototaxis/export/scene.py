@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,8 @@ import numpy as np
 from .. import ply, toml
 from ..warnings import Warnings
 from . import camera, lights, meshes, world
-from .images import Images, unused
+from .files import Files, write
+from .images import Images
 from .materials import Described, Materials
 from .nodes import Evaluator
 from .settings import sections
@@ -42,28 +42,21 @@ def export(depsgraph, path: Path, extra_layers: list[str] | None = None, renders
     Raises NoCamera, and OSError where files cannot be written.
     """
     folder = path.with_name(f"{path.stem} files")
-    if folder.exists():
-        shutil.rmtree(folder)
-    folder.mkdir(parents=True)
-    writer = _Writer(depsgraph, path, folder, renders)
-    text = writer.document(extra_layers or [])
-    partial = path.with_name(path.name + ".part")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)
+    writer = _Writer(depsgraph, path, Files(folder), renders)
+    write(path, writer.document(extra_layers or []).encode())
     return Exported(path, writer.warnings)
 
 
 class _Writer:
-    def __init__(self, depsgraph, path: Path, folder: Path, renders: bool) -> None:
+    def __init__(self, depsgraph, path: Path, files: Files, renders: bool) -> None:
         self.depsgraph = depsgraph
         self.scene = depsgraph.scene_eval
         self.view_layer = depsgraph.view_layer_eval
-        self.folder = folder
-        self.scene_folder = path.parent
+        self.files = files
         #: Whether objects count that render, or those that the viewport shows.
         self.renders = renders
         self.warnings = Warnings()
-        self.images = Images(folder, path.parent, self.warnings)
+        self.images = Images(files, path.parent, self.warnings)
         self.materials = Materials(self.images, self.warnings)
         self.places: dict[tuple, _Places] = {}
         self.tables: dict[str, list[dict[str, Any]]] = {"mesh": [], "instance": [], "light": []}
@@ -125,7 +118,7 @@ class _Writer:
             self.warn_of_a_sun(instanced, light)
             self.tables["light"].append(light | ({"light_group": group} if group else {}))
             return
-        path = unused(self.folder, instanced.name, ".ply")
+        path = self.files.mesh(instanced.name)
         ply.write(path, light.mesh)
         table = {"type": "null", "emission": [float(c) for c in light.radiance]} | ({"light_group": group} if group else {})
         self.tables["mesh"].append(
@@ -172,7 +165,9 @@ class _Writer:
             files = self.written(instanced, described, matrix)
             self.places[("flat", len(self.places))] = _Places(instanced.name, files, [np.eye(4)])
             return
-        key = (data.as_pointer() if data else instanced.name, *(one.name for one in described))
+        # Curves and the like share their data where modifiers make different meshes of it.
+        shares = instanced.type == "MESH" or not len(instanced.modifiers)
+        key = (data.as_pointer() if data and shares else instanced.original.as_pointer(), *(one.name for one in described))
         if key not in self.places:
             written = self.written(instanced, described)
             self.places[key] = _Places(instanced.name, written, [])
@@ -191,7 +186,7 @@ class _Writer:
         if mesh is None:
             return []
         try:
-            return meshes.write(mesh, described, instanced.name, self.folder, self.warnings, matrix)
+            return meshes.write(mesh, described, instanced.name, self.files, self.warnings, matrix)
         finally:
             instanced.to_mesh_clear()
 
