@@ -73,7 +73,7 @@ impl Definitions {
         let Some(left) = self.list.iter().find(unused) else { return Ok(()) };
         let names: Vec<&str> = known.filter(|name| self.find(name).is_none()).collect();
         let subject = format!("the scene has no `${}`", left.name);
-        Err(left.error(if names.is_empty() { subject } else { unknown(&subject, &left.name, names.into_iter()) }))
+        Err(left.error(if names.is_empty() { subject } else { unknown(&subject, &left.name, names) }))
     }
 }
 

@@ -7,6 +7,7 @@ use crate::bsdf::{
     BsdfDescription, ConductorParameters, DielectricParameters, DiffuseParameters, DiffuseTransmitterParameters,
     MicrofacetDistribution, NullParameters, PlasticParameters, PrincipledMaps, PrincipledParameters,
 };
+use crate::format::xml::color;
 use crate::format::xml::object::{Object, Objects};
 use crate::math::Rgb;
 use crate::scene::description::MaterialDescription;
@@ -61,6 +62,7 @@ impl Materials<'_> {
                 MaterialDescription { relief, ..inner()? }
             }
             "blendbsdf" => self.blend(bsdf, depth)?,
+            "mixturebsdf" => self.mixture(bsdf, depth)?,
             "coating" | "roughcoating" => {
                 self.replaced(bsdf, "what it coats is taken without the coat");
                 bsdf.ignore(&[
@@ -123,6 +125,29 @@ impl Materials<'_> {
         let second_counts = matches!(weight, ScalarTexture::Constant(share) if share > 0.5);
         self.replaced(bsdf, if second_counts { "its second bsdf is taken" } else { "its first bsdf is taken" });
         Ok(if second_counts { second } else { first })
+    }
+
+    /// Several materials with the weights that a string says: two constant diffuse ones are one, else the heaviest is taken.
+    fn mixture(&self, bsdf: &Rc<Object>, depth: usize) -> Result<MaterialDescription> {
+        let children = self.objects.children(bsdf, "bsdf")?;
+        let weights = color::numbers(bsdf.text("weights")?.unwrap_or_default()).unwrap_or_default();
+        if children.is_empty() || weights.len() != children.len() || weights.iter().any(|weight| *weight < 0.0) {
+            return Err(bsdf.error("`mixturebsdf` needs as many `weights`, of 0 or more, as it has bsdfs"));
+        }
+        let mut parts = Vec::new();
+        for (_, child) in &children {
+            parts.push(self.nested(child, depth + 1)?);
+        }
+        let sum: f64 = weights.iter().sum();
+        if let [first, second] = &parts[..]
+            && (sum - 1.0).abs() < 1e-3
+            && let Some(mixed) = mixed(first, second, weights[1] as f32)
+        {
+            return Ok(mixed);
+        }
+        let heaviest = (0..parts.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
+        self.replaced(bsdf, &format!("its bsdf {} is taken, which has the most weight", heaviest + 1));
+        Ok(parts.swap_remove(heaviest))
     }
 
     fn single(&self, bsdf: &Rc<Object>) -> Result<MaterialDescription> {

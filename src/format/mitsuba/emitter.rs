@@ -1,5 +1,6 @@
 //! Lights that are no surfaces.
 
+use super::sun;
 use crate::Result;
 use crate::format::xml;
 use crate::format::xml::object::{Object, Objects};
@@ -98,12 +99,11 @@ const SKY_MEAN: f64 = 1.0 / 106.856_895;
 fn sky(objects: &Objects, emitter: &Object) -> Result<LightDescription> {
     let up = if objects.is_old() { DVec3::Y } else { DVec3::Z };
     let turned = turn(objects, emitter)?;
-    let Some(sun) = emitter.vector("sun_direction")? else {
-        return Err(
-            emitter.error("the sky needs `sun_direction`: where the sun stands at an hour is not reckoned here")
-        );
+    let up = turned.transform_vector3(up);
+    let sun = match emitter.vector("sun_direction")? {
+        Some(direction) => unit(emitter, direction)?,
+        None => turned.transform_vector3(sun::direction(emitter, objects.is_old())?),
     };
-    let (up, sun) = (turned.transform_vector3(up), unit(emitter, sun)?);
     if sun.dot(up) < 0.0 {
         return Err(emitter.error("the sun is below the horizon"));
     }

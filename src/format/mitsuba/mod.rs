@@ -9,6 +9,7 @@ pub(crate) mod export;
 pub(crate) mod metals;
 pub(crate) mod sensor;
 pub(crate) mod shape;
+mod sun;
 #[cfg(test)]
 mod tests;
 pub(crate) mod texture;

@@ -46,7 +46,7 @@ impl<'a> Textures<'a> {
                 }
                 ColorTexture::Constant(color.min(Rgb::ONE))
             }
-            Found::Image(image) => ColorTexture::Image(image),
+            Found::Image(image) => ColorTexture::Image(self.with_curve(image)?),
             Found::Vertex(tint) => ColorTexture::Vertex(tint),
         })
     }
@@ -56,7 +56,7 @@ impl<'a> Textures<'a> {
         let Some(item) = object.find(name) else { return Ok((Rgb::ONE, None)) };
         match self.item(object, item)? {
             Found::Constant(color) => Ok((color, None)),
-            Found::Image(image) => Ok((image.tint, Some(ImageTexture { tint: Rgb::ONE, ..image }))),
+            Found::Image(image) => Ok((image.tint, Some(ImageTexture { tint: Rgb::ONE, ..self.with_curve(image)? }))),
             Found::Vertex(_) => Err(item.at.error("light of the colours of vertices is not read")),
         }
     }
@@ -66,7 +66,7 @@ impl<'a> Textures<'a> {
         let Some(item) = object.find(name) else { return Ok(ScalarTexture::Constant(default)) };
         Ok(match self.item(object, item)? {
             Found::Constant(color) => ScalarTexture::Constant(luminance(color)),
-            Found::Image(image) => ScalarTexture::Luminance(image),
+            Found::Image(image) => ScalarTexture::Luminance(stored(image)),
             Found::Vertex(_) => return Err(item.at.error("a number of the colours of vertices is not read")),
         })
     }
@@ -87,7 +87,7 @@ impl<'a> Textures<'a> {
     /// The picture of a texture that is an object of its own.
     pub(crate) fn picture(&self, texture: &Rc<Object>) -> Result<ImageTexture> {
         match self.texture(texture, 0)? {
-            Found::Image(image) => Ok(image),
+            Found::Image(image) => Ok(stored(image)),
             _ => Err(texture.error(format!("the {} is no picture", texture.label()))),
         }
     }
@@ -154,7 +154,14 @@ impl<'a> Textures<'a> {
                 false
             }
         };
-        texture.ignore(&["raw", "format", "max_anisotropy", "cache", "accel"]);
+        let gamma = match texture.flag("raw", false)? {
+            true => Some(1.0),
+            false => texture.maybe_number("gamma")?.filter(|&gamma| gamma > 0.0),
+        };
+        if let Some(gamma) = gamma {
+            image.path = PathBuf::from(format!("{}{CURVE}{gamma}", image.path.display()));
+        }
+        texture.ignore(&["format", "max_anisotropy", "cache", "accel"]);
         Ok(image)
     }
 
@@ -203,6 +210,23 @@ impl<'a> Textures<'a> {
         Ok(turned)
     }
 
+    /// The picture as a colour: where its name ends in a curve, decoded by that, and embedded under this name.
+    fn with_curve(&self, image: ImageTexture) -> Result<ImageTexture> {
+        let name = image.path.to_string_lossy().into_owned();
+        let Some((file, gamma)) = name.rsplit_once(CURVE) else { return Ok(image) };
+        if !self.embedded.borrow().contains_key(&image.path) {
+            let known = self.embedded.borrow().get(Path::new(file)).cloned();
+            let picture = match known.as_deref() {
+                Some(EmbeddedPicture::Decoded(picture)) => picture.clone(),
+                _ => picture::load(Path::new(file))?,
+            };
+            let gamma: f32 = gamma.parse().unwrap_or(1.0);
+            let picture = EmbeddedPicture::Decoded(picture.with_curve(|x| x.powf(gamma)));
+            self.embedded.borrow_mut().insert(image.path.clone(), Arc::new(picture));
+        }
+        Ok(image)
+    }
+
     /// The picture with its columns as rows, under a name of its own.
     fn transposed(&self, path: &Path) -> Result<PathBuf> {
         let name = PathBuf::from(format!("{}{TURNED}", path.display()));
@@ -213,6 +237,17 @@ impl<'a> Textures<'a> {
         Ok(name)
     }
 }
+
+/// The picture whose values count as they are stored, whatever curve its name ends in.
+fn stored(image: ImageTexture) -> ImageTexture {
+    match image.path.to_string_lossy().rsplit_once(CURVE) {
+        Some((file, _)) => ImageTexture { path: PathBuf::from(file), ..image },
+        None => image,
+    }
+}
+
+/// What stands in names before the exponent of pictures that are decoded by another curve than the file says.
+const CURVE: &str = "#gamma ";
 
 /// The end of the names of pictures that are turned.
 pub(crate) const TURNED: &str = "#turned";

@@ -117,10 +117,7 @@ fn lights_are_as_bright_as_pbrt_says() {
         ),
         (format!("LightSource \"point\" {far} \"rgb I\" [20000 10000 5000]"), Rgb::new(2.0, 1.0, 0.5)),
         (format!("LightSource \"point\" {far} \"float power\" {}", 4e4 * PI), Rgb::ONE),
-        (
-            format!("AttributeBegin Translate 0 0 100 LightSource \"point\" \"float scale\" 10000 AttributeEnd"),
-            Rgb::ONE,
-        ),
+        ("AttributeBegin Translate 0 0 100 LightSource \"point\" \"float scale\" 10000 AttributeEnd".into(), Rgb::ONE),
         (format!("LightSource \"spot\" {far} \"point3 to\" [0 0 0] \"rgb I\" [1e4 1e4 1e4]"), Rgb::ONE),
         // half of the sphere is lit, and no cone is between
         (
@@ -401,6 +398,43 @@ fn checkers_have_their_first_colour_where_coordinates_begin() {
     let EmbeddedPicture::Decoded(picture) = &*file.scene.pictures[&image.path] else { panic!() };
     // the lower row is the last
     assert_eq!(picture.colors(), [Rgb::Z, Rgb::X, Rgb::X, Rgb::Z]);
+}
+
+#[test]
+fn pictures_are_decoded_as_the_scene_says() {
+    let folder = companions();
+    RgbImage::from_pixel(2, 2, Pixel([128, 64, 255])).save(folder.path().join("flat.png")).unwrap();
+    let texels = |kind: &str, more: &str, used: &str| {
+        let text = scene(&format!(
+            "Texture \"t\" \"{kind}\" \"imagemap\" \"string filename\" \"flat.png\" {more}\n{used}{QUAD}"
+        ));
+        let file = quiet(folder.path(), &text);
+        file.load_scene(1).unwrap();
+        let material = file.scene.materials.values().next().unwrap().clone();
+        let path = match (&material.bsdf, &material.opacity) {
+            (_, Some(crate::texture::ScalarTexture::Image(image))) => image.path.clone(),
+            (BsdfDescription::Diffuse(d), None) => match &d.reflectance {
+                ColorTexture::Image(image) => image.path.clone(),
+                other => panic!("{other:?}"),
+            },
+            other => panic!("{other:?}"),
+        };
+        match file.scene.pictures.get(&path).map(|picture| &**picture) {
+            Some(EmbeddedPicture::Decoded(picture)) => picture.colors()[0],
+            _ => Rgb::NAN,
+        }
+    };
+    let diffuse = "Material \"diffuse\" \"texture reflectance\" \"t\" ";
+    let stored = Rgb::new(128.0, 64.0, 255.0) / 255.0;
+    let decoded = Rgb::from(stored.to_array().map(crate::image::srgb::decode));
+    let near = |found: Rgb, wanted: Rgb| assert!((found - wanted).abs().max_element() < 1e-5, "{found}, not {wanted}");
+    assert!(texels("spectrum", "", diffuse).is_nan(), "a plain picture is that of the file");
+    near(texels("spectrum", "\"string encoding\" \"linear\"", diffuse), stored);
+    near(texels("spectrum", "\"bool invert\" true", diffuse), Rgb::ONE - decoded);
+    let alpha = "Attribute \"shape\" \"texture alpha\" \"t\" ";
+    near(texels("float", "", alpha), Rgb::splat(decoded.element_sum() / 3.0));
+    near(texels("float", "\"bool invert\" true", alpha), Rgb::splat(1.0 - decoded.element_sum() / 3.0));
+    assert!(texels("float", "\"string encoding\" \"linear\"", alpha).is_nan());
 }
 
 #[test]

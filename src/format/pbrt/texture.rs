@@ -5,7 +5,7 @@ use super::spectrum::Role;
 use super::world::World;
 use crate::Result;
 use crate::error::SourceLocation;
-use crate::image::picture::{Picture, Samples};
+use crate::image::picture::{self, Picture, Samples};
 use crate::math::{Rgb, luminance};
 use crate::texture::{ColorTexture, EmbeddedPicture, EmbeddedPictures, ImageTexture, ScalarTexture};
 use std::cell::RefCell;
@@ -179,15 +179,38 @@ impl<'a> Textures<'a> {
                 true
             }
         };
-        if p.flag("invert", false)? {
-            self.world.warnings.add(&p.at, "`invert` has no counterpart: the picture is taken as it is");
-        }
+        let invert = p.flag("invert", false)?;
         let linear = p.text("encoding")? == Some("linear") || !p.flag("gamma", true)?;
-        if linear && !float {
-            self.world.warnings.add(&p.at, "`encoding` linear is not known here: colours are decoded as the file says");
+        // numbers that are stored by the curve of sRGB are decoded there too
+        let encoded = name.to_lowercase().ends_with(".png") || self.world.old && name.to_lowercase().ends_with(".tga");
+        let (numbers, straight) = (float && encoded && !linear, linear && !float);
+        if invert || numbers || straight {
+            image.path = self.changed(image.path, [invert, numbers, straight])?;
         }
         p.ignore(&["maxanisotropy", "trilinear"]);
         Ok(image)
+    }
+
+    /// The picture with its light inverted, as one of numbers, and with its values as they are stored; under a name of its own.
+    fn changed(&self, path: PathBuf, [invert, numbers, straight]: [bool; 3]) -> Result<PathBuf> {
+        let name = PathBuf::from(format!("{}#{}{}{}", path.display(), invert as u8, numbers as u8, straight as u8));
+        if self.embedded.borrow().contains_key(&name) {
+            return Ok(name);
+        }
+        let mut picture = picture::load(&path)?;
+        if straight {
+            picture = picture.with_curve(|x| x);
+        }
+        if numbers && picture.channels % 2 == 1 {
+            // an alpha channel counts as it is stored
+            let grey = picture.colors().iter().map(|color| color.element_sum() / 3.0).collect();
+            picture = Picture { channels: 1, samples: Samples::F32(grey), ..picture };
+        }
+        if invert {
+            picture = picture.mapped(|x| 1.0 - x);
+        }
+        self.embedded.borrow_mut().insert(name.clone(), Arc::new(EmbeddedPicture::Decoded(picture)));
+        Ok(name)
     }
 
     /// A picture of four texels: `tex1` is where both coordinates have an even whole part.

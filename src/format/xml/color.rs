@@ -72,6 +72,13 @@ pub(crate) fn black_body(kelvin: f64) -> impl Fn(f64) -> f64 {
     move |w: f64| planck(w) / top
 }
 
+/// The largest radiance of a black body at this temperature in K, in W/(sr·m²·nm): 2hc²/λ⁵/(exp(hc/λkT) − 1) at Wien's wavelength.
+pub(crate) fn peak(kelvin: f64) -> f64 {
+    // 2hc² in W·nm⁴/(sr·m²), and hc/k and Wien's constant in nm·K
+    let wavelength = 2.897_771_955e6 / kelvin;
+    1.191_042_972e20 / wavelength.powi(5) / (1.438_776_877e7 / (wavelength * kelvin)).exp_m1()
+}
+
 /// From XYZ with its white at D65.
 pub(crate) fn linear_srgb([x, y, z]: [f64; 3]) -> [f64; 3] {
     [
@@ -139,6 +146,8 @@ mod tests {
             let sum: f64 = xyz.iter().sum();
             assert!((xyz[0] / sum - x).abs() < 3e-3 && (xyz[1] / sum - y).abs() < 3e-3, "{kelvin}: {xyz:?}");
         }
+        // the sun's surface, at 500 nm: 2.6·10⁴ W/(sr·m²·nm)
+        assert!((peak(5778.0) / 2.638e4 - 1.0).abs() < 2e-3, "{}", peak(5778.0));
         let top = (360..830).map(|w| black_body(5000.0)(f64::from(w))).fold(0.0, f64::max);
         assert!((top - 1.0).abs() < 1e-5, "{top}");
     }

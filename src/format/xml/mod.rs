@@ -9,6 +9,7 @@ use crate::document::read_text;
 use crate::error::SourceLocation;
 use crate::format::definitions::{Definition, Definitions};
 use crate::io::paths;
+use crate::math::Rgb;
 use crate::{Error, Result};
 use object::{Dialect, Item, Object, Objects, Value};
 use roxmltree::{Document, Node, ParsingOptions};
@@ -222,7 +223,18 @@ impl Reader<'_> {
             }
             "spectrum" => self.spectrum(source, node, shines && !self.dialect.is_old())?,
             "blackbody" => {
-                return Err(source.fault(node, "<blackbody> is not read: say the light as <rgb>"));
+                let text = self.needed(source, node, "temperature")?;
+                let kelvin = self.number(source, node, text.trim().trim_end_matches(['k', 'K']))?;
+                if !(1.0..=1e6).contains(&kelvin) {
+                    return Err(bad("a temperature in kelvin", &text));
+                }
+                let scale = match self.attribute(source, node, "scale")? {
+                    Some(text) => self.number(source, node, &text)?,
+                    None => 1.0,
+                };
+                // W/(sr·m²·nm)
+                let seen = color::seen(color::black_body(kelvin)).map(|x| x.max(0.0) * scale * color::peak(kelvin));
+                Value::Color(Rgb::from(seen.map(|x| x as f32)))
             }
             "transform" => Value::Transform(self.transform(source, node)?),
             _ => return Err(source.fault(node, format!("<{tag}> is not known"))),
@@ -240,6 +252,12 @@ impl Reader<'_> {
             Some(name) => read_text(&file(source.path, &name))?,
             None => self.needed(source, node, "value")?,
         };
+        // as many numbers as colours had, before version 2
+        if self.dialect.is_old()
+            && let Some(&[r, g, b]) = color::numbers(&text).as_deref()
+        {
+            return Ok(Value::Color(Rgb::from([r, g, b].map(|x| x as f32))));
+        }
         let bad = || source.fault(node, "the spectrum must be a number, or pairs of a wavelength in nm and a number");
         color::spectrum(&text, even).map(Value::Color).ok_or_else(bad)
     }

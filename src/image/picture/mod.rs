@@ -50,6 +50,28 @@ impl Picture {
 }
 
 impl Picture {
+    /// The picture with another curve from stored values, which count from 0 to 1, to linear light. Floats are linear as they are.
+    pub(crate) fn with_curve(self, curve: impl Fn(f32) -> f32) -> Picture {
+        let samples = match self.samples {
+            Samples::U8(values, _) => Samples::U8(values, Arc::new(std::array::from_fn(|k| curve(k as f32 / 255.0)))),
+            Samples::U16(values, _) => {
+                Samples::U16(values, (0..=u16::MAX).map(|k| curve(f32::from(k) / 65535.0)).collect())
+            }
+            floats => floats,
+        };
+        Picture { samples, ..self }
+    }
+
+    /// The picture with this done to the linear light of every value.
+    pub(crate) fn mapped(self, change: impl Fn(f32) -> f32) -> Picture {
+        let samples = match self.samples {
+            Samples::U8(values, table) => Samples::U8(values, Arc::new(table.map(change))),
+            Samples::U16(values, table) => Samples::U16(values, table.iter().map(|x| change(*x)).collect()),
+            Samples::F32(values) => Samples::F32(values.into_iter().map(change).collect()),
+        };
+        Picture { samples, ..self }
+    }
+
     /// The picture mirrored about the diagonal from its upper left corner.
     pub(crate) fn transposed(&self) -> Picture {
         fn turned<T: Copy>(values: &[T], width: usize, height: usize, step: usize) -> Vec<T> {

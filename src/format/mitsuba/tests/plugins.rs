@@ -81,6 +81,11 @@ const SQUARES: &[(&str, &str)] = &[
 </bsdf>"#,
     ),
     (
+        "bitmap_raw",
+        r#"<bsdf type="twosided"><bsdf type="diffuse"><texture type="bitmap" name="reflectance">
+<string name="filename" value="pic.png"/><boolean name="raw" value="true"/></texture></bsdf></bsdf>"#,
+    ),
+    (
         "bitmap_turned",
         r#"<bsdf type="twosided"><bsdf type="diffuse"><texture type="bitmap" name="reflectance">
 <string name="filename" value="pic.png"/><transform name="to_uv"><scale x="2" y="3"/><rotate z="1" angle="90"/>
@@ -296,9 +301,39 @@ const SENSORS: &[(&str, &str)] = &[
     ),
 ];
 
+/// A room as exporters for version 0.6 write it: shared materials, matrices, old names, a filter of its own.
+const ROOM: &str = r##"<?xml version="1.0" encoding="utf-8"?>
+<scene version="0.6.0"><default name="depth" value="7"/>
+<integrator type="path"><integer name="maxDepth" value="$depth"/></integrator>
+<sensor type="perspective"><float name="fov" value="50"/><string name="fovAxis" value="x"/>
+<transform name="toWorld"><matrix value="-1 0 0 0 0 0.99026807 -0.1391731 1.5 0 -0.1391731 -0.99026807 5 0 0 0 1"/></transform>
+<sampler type="independent"><integer name="sampleCount" value="64"/></sampler>
+<film type="hdrfilm"><integer name="width" value="12"/><integer name="height" value="9"/><rfilter type="box"/></film></sensor>
+<bsdf type="twosided" id="Wood"><bsdf type="roughplastic"><float name="alpha" value="0.15"/>
+<string name="distribution" value="ggx"/><float name="intIOR" value="1.5"/><float name="extIOR" value="1"/>
+<boolean name="nonlinear" value="true"/><texture name="diffuseReflectance" type="bitmap">
+<string name="filename" value="pic.png"/><string name="filterType" value="bilinear"/></texture></bsdf></bsdf>
+<bsdf type="twosided" id="Steel"><bsdf type="roughconductor"><float name="alpha" value="0.2"/>
+<string name="distribution" value="beckmann"/><rgb name="specularReflectance" value="0.9, 1, 1"/>
+<rgb name="eta" value="1.65746, 0.880369, 0.521229"/><rgb name="k" value="9.22387, 6.26952, 4.837"/></bsdf></bsdf>
+<bsdf type="twosided" id="Paint"><bsdf type="diffuse"><rgb name="reflectance" value="0.6, 0.5, 0.4"/></bsdf></bsdf>
+<shape type="rectangle"><transform name="toWorld"><matrix value="3 0 0 0 0 0 3 0 0 -3 0 0 0 0 0 1"/></transform>
+<ref id="Wood"/></shape>
+<shape type="rectangle"><transform name="toWorld"><matrix value="3 0 0 0 0 3 0 2 0 0 3 -3 0 0 0 1"/></transform>
+<ref id="Paint"/></shape>
+<shape type="cube"><transform name="toWorld"><matrix value="0.4 0 0.3 -0.8 0 0.6 0 0.6 -0.3 0 0.4 0.5 0 0 0 1"/></transform>
+<ref id="Steel"/></shape>
+<shape type="obj"><string name="filename" value="quad.obj"/><transform name="toWorld">
+<matrix value="0.7 0 0 1 0 0.5 -0.5 0.9 0 0.5 0.5 0.3 0 0 0 1"/></transform><ref id="Wood"/></shape>
+<shape type="rectangle"><transform name="toWorld"><matrix value="1 0 0 1 0 0 -1 4 0 1 0 1 0 0 0 1"/></transform>
+<bsdf type="diffuse"><rgb name="reflectance" value="0, 0, 0"/></bsdf><emitter type="area">
+<rgb name="radiance" value="9, 8, 6"/></emitter></shape>
+<emitter type="envmap"><string name="filename" value="env.exr"/><float name="scale" value="0.2"/>
+<transform name="toWorld"><rotate y="1" angle="120"/></transform></emitter></scene>"##;
+
 /// All scenes, by name.
 pub(super) fn scenes() -> Vec<(String, String)> {
-    let mut all = Vec::new();
+    let mut all = vec![("room_0.6".to_string(), ROOM.to_string())];
     let mut add = |name: &str, sensor: &str, body: String| {
         all.push((name.to_string(), format!("{HEAD}\n{sensor}\n{FLOOR}\n{body}</scene>")));
     };

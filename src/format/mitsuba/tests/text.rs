@@ -78,6 +78,32 @@ fn what_is_said_from_outside_holds_over_defaults() {
 }
 
 #[test]
+fn black_bodies_and_mixtures_of_old_versions_are_read() {
+    let folder = companions();
+    let text = "<scene version=\"0.6.0\"><emitter type=\"constant\"><blackbody name=\"radiance\" temperature=\"6500K\" scale=\"1e-4\"/></emitter>\
+        <emitter type=\"point\"><spectrum name=\"intensity\" value=\"3, 2, 1\"/></emitter><emitter type=\"sun\"/>\
+        <shape type=\"rectangle\"><bsdf type=\"mixturebsdf\"><string name=\"weights\" value=\"0.25, 0.75\"/>\
+        <bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"1 0 0\"/></bsdf><bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0 1 0\"/></bsdf></bsdf></shape>\
+        <shape type=\"rectangle\"><bsdf type=\"mixturebsdf\"><string name=\"weights\" value=\"0.3 0.4 0.3\"/><bsdf type=\"diffuse\"/><bsdf type=\"conductor\"/>\
+        <bsdf type=\"diffuse\"/></bsdf></shape></scene>";
+    let (file, warnings) = read(folder.path(), text).unwrap();
+    assert!(warnings.len() == 2 && warnings[0].contains("its bsdf 2 is taken"), "{warnings:?}");
+    assert!(matches!(&file.scene.lights[1], LightDescription::Point(p) if p.intensity == Rgb::new(3.0, 2.0, 1.0)));
+    // in the west, 46° above the horizon
+    assert!(matches!(&file.scene.lights[2], LightDescription::Sun(s) if s.direction.x > 0.69 && s.direction.y < -0.72));
+    let LightDescription::Constant(light) = &file.scene.lights[0] else { panic!() };
+    // Planck's law at 560 nm, where the eye sees best, is 4.23·10⁴ W/(sr·m²·nm), and nearly straight about it
+    let seen = crate::math::luminance(light.radiance);
+    assert!((seen / 4.23 - 1.0).abs() < 0.03 && light.radiance.x > light.radiance.y, "{seen} {light:?}");
+    let mixed = &file.scene.materials[file.scene.meshes[0].material.as_ref().unwrap()].bsdf;
+    assert_eq!(reflectance(mixed), Rgb::new(0.25, 0.75, 0.0));
+    assert!(matches!(
+        file.scene.materials[file.scene.meshes[1].material.as_ref().unwrap()].bsdf,
+        BsdfDescription::Conductor(_)
+    ));
+}
+
+#[test]
 fn groups_stand_where_their_instances_do() {
     let folder = companions();
     let text = "<scene version=\"3.0.0\"><shape type=\"shapegroup\" id=\"g\"><shape type=\"cube\"/>\
@@ -170,9 +196,9 @@ fn damaged_scenes_never_panic() {
         for _ in 0..20 {
             let mut bytes = text.clone().into_bytes();
             for _ in 0..1 + rng.next_u32() % 3 {
-                let at = rng.next_u32() as usize % bytes.len();
+                let at = rng.next_u32() as usize % bytes.len().max(1);
                 match rng.next_u32() % 3 {
-                    0 => bytes[at] = rng.next_u32() as u8,
+                    0 if !bytes.is_empty() => bytes[at] = rng.next_u32() as u8,
                     1 => drop(bytes.drain(at..(at + 7).min(bytes.len()))),
                     _ => bytes.truncate(at.max(1)),
                 }
