@@ -58,7 +58,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     /// Render a scene (.toml, .json, .xml, .gltf, .glb) or a bare model (.obj, .ply).
-    Render(render_arguments::RenderArguments),
+    Render(Box<render_arguments::RenderArguments>),
     /// Go on with a render from its checkpoint, to the end of its budget or beyond.
     Resume(resume::ResumeArguments),
     /// Make one picture of several renders of a scene that have other seeds.
