@@ -245,7 +245,7 @@ pub(super) fn trained(
 
 /// Renders with a progress bar, until done or asked to stop.
 pub(super) fn watched(scene: &Scene, description: &SceneFile, keeping: GuideIo, quiet: bool, stop: &Stop) -> Rendering {
-    watched_by(&Bar::new(quiet), scene, description, Start::New(keeping), stop, &mut ())
+    watched_by(&Bar::new(quiet), scene, description, Start::New(Box::new(keeping)), stop, &mut ())
 }
 
 /// The same with a bar of the caller's.
@@ -264,7 +264,7 @@ fn watched_by(
         true
     };
     match start {
-        Start::New(keeping) => render_shown(scene, &settings, keeping, &(), stop, (&mut observer, onlooker)),
+        Start::New(keeping) => render_shown(scene, &settings, *keeping, &(), stop, (&mut observer, onlooker)),
         Start::From(from, new_budget) => {
             resume(scene, &settings, (*from, new_budget), &(), stop, (&mut observer, onlooker))
         }
@@ -273,7 +273,7 @@ fn watched_by(
 
 /// What a render begins with.
 enum Start {
-    New(GuideIo),
+    New(Box<GuideIo>),
     /// Where another one was, with its budget or another.
     From(Box<Checkpoint>, bool),
 }
@@ -287,7 +287,7 @@ fn start(
 ) -> Result<Start> {
     let Some(Resumption { file, spp, seconds, noise }) = from else {
         let from = trained(arguments.guide_in.as_deref(), scene, description)?;
-        return Ok(Start::New(GuideIo { from, keep: arguments.guide_out.is_some() }));
+        return Ok(Start::New(Box::new(GuideIo { from, keep: arguments.guide_out.is_some() })));
     };
     let from = file.read(scene, &settings(description))?;
     let (new_budget, render) = (spp.is_some() || seconds.is_some() || noise.is_some(), &mut description.render);

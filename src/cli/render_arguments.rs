@@ -26,7 +26,7 @@ const EXAMPLES: &str = "Examples:
 #[derive(Args, Clone, serde::Serialize, serde::Deserialize)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct RenderArguments {
-    /// Scene (.toml, .json, .xml, .gltf, .glb) or model (.obj, .ply).
+    /// Scene (.toml, .json, .xml, .gltf, .glb, .pbrt) or model (.obj, .ply).
     pub(super) scene: PathBuf,
     /// Picture to write, .exr (linear, all layers) or .png (sRGB); may be repeated. [default: both, named like the
     /// scene, in the current folder]

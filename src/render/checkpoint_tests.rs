@@ -1,7 +1,7 @@
 //! A render goes on from its checkpoint to the same bits, wherever it was left.
 
 use super::super::{GuideIo, Rendering, Settings, Stop, render_shown, resume};
-use super::{Header, Moment, open};
+use super::{Checkpoint, Header, Moment, open};
 use crate::format;
 use crate::integrator::Task;
 use crate::integrator::probe::Watch;
@@ -216,6 +216,32 @@ fn what_is_no_whole_checkpoint_of_this_scene_is_an_error_that_says_so() {
     }
     let (_, longer) = door(&[&small[..], &["render.spp=99", "render.time=3"]].concat());
     assert_eq!(error(&good, &scene, &longer), "", "the budget may be another");
+}
+
+#[test]
+fn what_a_checkpoint_loses_shows_in_the_picture() {
+    type Change = fn(&mut Checkpoint);
+    let changes: [(&str, Change); 5] = [
+        ("nothing", |_| ()),
+        // the snapshot is then made of what has been learnt since it was made
+        ("what the snapshot was made of", |from| from.state.guide.as_mut().unwrap().refresh()),
+        ("what has been learnt", |from| from.record.order.learn = false),
+        ("the iteration's length", |from| from.record.order.samples += 1),
+        ("the seed", |from| from.state.seed += 1),
+    ];
+    let (scene, settings) = door(&["guiding.method=adaptive"]);
+    // in the middle of the third iteration
+    let bytes = some_checkpoint(&scene, &settings);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    std::fs::write(&path, bytes).unwrap();
+    let whole = super::super::render(&scene, &settings, &mut |_| true).estimate.mean;
+    for (what, change) in changes {
+        let mut from = open::<()>(&path).unwrap().read(&scene, &settings).unwrap();
+        change(&mut from);
+        let ended = resume(&scene, &settings, (from, false), &(), &Stop::new(), (&mut |_| true, &mut ()));
+        assert_eq!(ended.estimate.mean == whole, what == "nothing", "{what}");
+    }
 }
 
 /// Renders to the end of a budget, and then on to that of `spp` samples.

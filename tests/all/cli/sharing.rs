@@ -52,7 +52,7 @@ fn parts_that_depend_on_each_other_are_refused() {
     for (more, why) in [
         (&[][..], "--part needs --guide none, or --guide-in"),
         (&["--guide", "none", "--layers", "cryptomatte"], "cannot render the layer cryptomatte"),
-        (&["--guide", "none", "--set", "render.time=3"], "render.time is given"),
+        (&["--guide", "none", "--set", "render.time=3"], "render.time or render.noise is given"),
         (&["--guide", "none", "--set", "render.order=blocks"], "needs render.order"),
     ] {
         let said = render(here.path(), &[&part[..], more].concat(), 1);
