@@ -57,13 +57,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-<<<<<<< HEAD
     /// Render a scene (.toml, .json, .xml, .gltf, .glb, .pbrt) or a bare model (.obj, .ply).
-    Render(render_arguments::RenderArguments),
-=======
-    /// Render a scene (.toml, .json, .xml, .gltf, .glb) or a bare model (.obj, .ply).
     Render(Box<render_arguments::RenderArguments>),
->>>>>>> resume
     /// Go on with a render from its checkpoint, to the end of its budget or beyond.
     Resume(resume::ResumeArguments),
     /// Make one picture of several renders of a scene that have other seeds.
