@@ -32,7 +32,7 @@ pub struct StoredLevels {
 }
 
 /// Vertices that a region is to have at least, where cells are halved before anything is learnt.
-const VERTICES_PER_REGION: usize = 8;
+const VERTICES_PER_REGION: usize = 4;
 
 /// Share of the vertices, on either side along an axis, that may lie anywhere.
 const ASTRAY: f32 = 0.1;
@@ -217,7 +217,7 @@ impl SpatialPartition for TwoLevelGrid {
     fn expect_vertices(&mut self, vertices: &[(Vec3, Vec3)]) {
         let side = extent(vertices);
         let finer = if side > 0.0 { (self.longest / side).log2().floor().max(0.0) as u8 } else { 0 };
-        let finer = finer.min(self.deepest().saturating_sub(self.max_level));
+        let finer = finer.min(self.deepest().saturating_sub(1));
         let mut by_cell: Vec<(usize, (Vec3, Vec3))> = vertices
             .iter()
             .map(|vertex| (self.coarse((vertex.0 - self.origin) * self.cells_per_unit), *vertex))
@@ -227,7 +227,7 @@ impl SpatialPartition for TwoLevelGrid {
             let vertices: Vec<(Vec3, Vec3)> = cell.iter().map(|(_, vertex)| *vertex).collect();
             self.levels[cell[0].0] = self.halvings(&vertices, finer);
         }
-        self.max_level += finer;
+        self.max_level = (self.max_level + finer).min(self.deepest()).max(self.max_level);
     }
 
     fn stored(&self) -> StoredLevels {
