@@ -112,8 +112,8 @@ fn scenes_without_extent_have_states() {
 fn on_walls(rng: &mut Rng, side: f32, count: usize) -> Vec<(Vec3, Vec3)> {
     let on_wall = |k: usize| {
         let mut p = point(rng) * side;
-        p[k % 3] = if k % 2 == 0 { 0.0 } else { side };
-        (p, if k % 2 == 0 { Vec3::AXES[k % 3] } else { -Vec3::AXES[k % 3] })
+        p[k % 3] = if k.is_multiple_of(2) { 0.0 } else { side };
+        (p, if k.is_multiple_of(2) { Vec3::AXES[k % 3] } else { -Vec3::AXES[k % 3] })
     };
     (0..count).map(on_wall).collect()
 }
