@@ -24,7 +24,7 @@ use crate::integrator::IntegratorSettings;
 use crate::io::clock::{CpuClock, WallClock};
 use crate::math::Rgb;
 use crate::math::rng::Rng;
-use crate::scene::Scene;
+use crate::scene::{Camera, Scene};
 use crate::simd::LANES;
 use glam::Vec3;
 use std::time::Duration;
@@ -33,6 +33,8 @@ use std::time::Duration;
 #[derive(Clone, Copy)]
 pub(crate) struct PathIntegrator<'a> {
     pub(crate) scene: &'a Scene,
+    /// The scene's, or another.
+    pub(crate) camera: &'a Camera,
     pub(crate) settings: &'a IntegratorSettings,
     pub(crate) guide: Option<GuideUse<'a>>,
     pub(crate) seed: u64,
@@ -65,6 +67,7 @@ impl<'a> PathIntegrator<'a> {
     pub(crate) fn plain(scene: &'a Scene, settings: &'a IntegratorSettings, seed: u64) -> PathIntegrator<'a> {
         PathIntegrator {
             scene,
+            camera: &scene.camera,
             settings,
             guide: None,
             seed,
@@ -195,7 +198,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     #[inline(always)]
     fn generate_block(&mut self, sample: u32, pixels: &[(u32, u32)]) {
         let (PathIntegrator { seed, sequence, .. }, tile) = (*self.integrator, self.task.tile);
-        let (camera, number) = (&self.integrator.scene.camera, self.task.first_sample + sample - sequence);
+        let (camera, number) = (self.integrator.camera, self.task.first_sample + sample - sequence);
         let mut keys = PathKeys::<LANES>::NONE;
         for (k, &(x, y)) in pixels.iter().enumerate() {
             keys.set(k, PathKey::new(seed, camera.pixel(tile.x + x, tile.y + y), sequence, number));
@@ -260,7 +263,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     /// Random numbers of the batch, apart from those of its paths.
     fn jitter_numbers(&self) -> Rng {
         let Task { tile, first_sample, .. } = *self.task;
-        let corner = self.integrator.scene.camera.pixel(tile.x, tile.y);
+        let corner = self.integrator.camera.pixel(tile.x, tile.y);
         Rng::for_place(!self.integrator.seed, corner, first_sample)
     }
 }

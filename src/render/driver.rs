@@ -6,6 +6,7 @@ use super::policy::{GuidePolicy, Mode};
 use super::schedule::{Tiling, iteration_samples, round_paths, rounds};
 use super::state::{CutPass, IterationOrder, Record, RenderState};
 use super::tracer::{Target, Tracer};
+use super::training::train;
 use super::{IterationReport, Observer, Progress, Rendering, Settings};
 use crate::film::accumulate::FEATURE_SAMPLES;
 use crate::integrator::Task;
@@ -79,6 +80,9 @@ impl<'a, W: Watch> Driver<'a, W> {
 
     /// The record of the next iteration; `None` where nothing is left of the budget.
     fn begin_iteration(&mut self) -> Option<Record> {
+        if self.state.plan.trains && !self.is_online() {
+            train(&self.job, &self.limits, &mut self.state);
+        }
         let left = self.samples_left();
         let samples = iteration_samples(self.state.plan.samples, left);
         let last = samples == left;
@@ -284,7 +288,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         let left = self.job.settings.render.spp - self.state.samples();
         let Some((seconds, newest)) = self.limits.left().zip(self.state.iterations.last()) else { return left };
         // guided samples do not cost what unguided ones before them did
-        let per_sample = newest.wall_seconds / newest.samples.max(1) as f64;
+        let per_sample = newest.wall_seconds * self.state.pixels as f64 / newest.counters.paths.max(1) as f64;
         left.min((seconds / per_sample).round().max(0.0) as u32)
     }
 

@@ -16,6 +16,7 @@ mod sealed;
 mod settings;
 mod state;
 mod tracer;
+mod training;
 mod workers;
 
 pub use checkpoint::Checkpoint;

@@ -77,6 +77,7 @@ pub(crate) fn render_part(
     let work = Work {
         integrator: PathIntegrator {
             scene,
+            camera: &scene.camera,
             settings: &settings.integrator,
             guide: guide.map(|loaded| GuideUse {
                 field: loaded.guide.field(),

@@ -11,7 +11,7 @@ use crate::film::{Combine, RadianceLayer};
 use crate::guiding::Guide;
 use crate::guiding::settings::{GuidingSettings, Updates};
 use crate::integrator::{Counters, Roulette, RouletteNormalisation, SamplerKind};
-use crate::io::clock::WallClock;
+use crate::io::clock::{CpuTime, WallClock};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -142,13 +142,14 @@ impl RenderState {
     pub fn new(scene: &Scene, settings: &Settings, GuideIo { from, keep }: GuideIo) -> RenderState {
         let (width, height) = (scene.camera.width, scene.camera.height);
         let pixels = width as u64 * height as u64;
-        let wanted = from.is_some() || keep;
+        let was_given = from.is_some();
+        let wanted = was_given || keep;
         let (guide, learnt_paths, salt) = from.map_or((None, 0, 0), |from| (Some(from.guide), from.paths, from.salt));
         let learnt_samples = guide.as_ref().map_or(0, |guide| (guide.learnt_paths() / pixels) as u32);
         let guide = guide.or_else(|| new_guide(scene, &settings.guiding));
         // With a guide from before, iterations go on where those ended: after one of its length, the old is half forgotten.
         let first = (learnt_paths / pixels).saturating_mul(2).clamp(1, LONGEST_ITERATION as u64) as u32;
-        let policy = Policy::asked_for(settings.guiding.method, wanted, first, settings.render.time.is_some(), pixels);
+        let policy = Policy::asked_for(settings, wanted, was_given.then_some(first), pixels);
         let layers = settings.render.radiance_layers(scene.light_groups().names().len());
         RenderState {
             film: Film::new(width, height, combine(settings, &policy), &layers)
@@ -256,7 +257,9 @@ impl RenderState {
         if settings.integrator.roulette == Roulette::Guided
             && let Some(noise) = &noise
         {
-            let new = roulette::normalisation(noise, self.learnt_samples, &report.counters);
+            let paths = self.guide.as_ref().map_or(0, |guide| guide.learnt_paths());
+            let knows_enough = roulette::knows_enough(self.learnt_samples, paths);
+            let new = knows_enough.then(|| roulette::normalisation(noise, &report.counters));
             self.roulette = new.or(self.roulette.take());
         }
         let (threads, render) = (rayon::current_num_threads() as f64, &settings.render);
@@ -267,11 +270,22 @@ impl RenderState {
             counters: &report.counters,
             passes: passes.as_deref().unwrap_or_default(),
             learning: report.learn_cpu,
+            training: self.newest_training(),
             film: &self.film,
             noise: noise.as_ref(),
             bounced: &self.bounced,
             budget: Budget { samples: render.spp, cpu_seconds: render.time.map(|wall| wall * threads) },
         });
+    }
+
+    /// What was done to train the guide since the last iteration that made a part of the picture.
+    fn newest_training(&self) -> Option<(Counters, CpuTime)> {
+        let lessons = self.iterations.iter().rev().take_while(|lesson| lesson.samples == 0);
+        lessons.fold(None, |sum, lesson| {
+            let (mut counters, learning) = sum.unwrap_or_default();
+            counters.add(&lesson.counters);
+            Some((counters, learning + lesson.learn_cpu))
+        })
     }
 
     /// Plans the next iteration, and ends the one before in the film, unless the next continues it.

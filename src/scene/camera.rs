@@ -98,6 +98,33 @@ impl Camera {
         [self.left, self.top]
     }
 
+    /// The same view on about so many pixels; no more than it has.
+    pub(crate) fn coarser(&self, pixels: u64) -> Camera {
+        let step = (self.width as f64 * self.height as f64 / pixels as f64).sqrt().max(1.0);
+        let along = |n: u32| ((n as f64 / step).round() as u32).max(1);
+        let (width, height) = (along(self.width), along(self.height));
+        let (x, y) = (self.width as f32 / width as f32, self.height as f32 / height as f32);
+        let [left, top] = [self.left, self.top].map(|n| n as f32);
+        let shifted = |corner: Vec3, right: Vec3, down: Vec3| corner + right * left + down * top;
+        let view = match self.view {
+            View::Perspective { corner, right, down } => {
+                View::Perspective { corner: shifted(corner, right, down), right: right * x, down: down * y }
+            }
+            View::Orthographic { forward, corner, right, down } => {
+                let corner = shifted(corner, right, down);
+                View::Orthographic { forward, corner, right: right * x, down: down * y }
+            }
+            View::Panorama { forward, right, up, pixel, middle } => View::Panorama {
+                forward,
+                right,
+                up,
+                pixel: [pixel[0] * x, pixel[1] * y],
+                middle: [(middle[0] - left) / x, (middle[1] - top) / y],
+            },
+        };
+        Camera { view, width, height, left: 0, top: 0, columns: width, ..self.clone() }
+    }
+
     /// A ray of pixel `(x, y)`, counted from the upper left, through a point of the filter drawn by `u` and one of the lens.
     #[inline]
     pub(crate) fn sample_ray(&self, x: u32, y: u32, u: [f32; 2], on_lens: [f32; 2]) -> Ray {

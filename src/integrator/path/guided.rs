@@ -200,7 +200,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let Some(efficiency) = self.integrator.guide.and_then(|guide| guide.efficiency) else { return };
         for _ in 0..self.task.samples {
             for y in tile.y..tile.y + tile.height {
-                let first = (y * self.integrator.scene.camera.width + tile.x) as usize;
+                let first = (y * self.integrator.camera.width + tile.x) as usize;
                 let row = &efficiency.inverse_luminance[first..first + tile.width as usize];
                 b.inverse_luminance.extend_from_slice(row);
             }

@@ -9,6 +9,8 @@ pub(crate) use auto::{Trial, Verdict};
 
 use super::noise::Noise;
 use super::schedule::doubled;
+use super::training::lessons;
+use super::{Settings};
 use crate::film::accumulate::Film;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::Counters;
@@ -38,6 +40,8 @@ pub(super) struct Plan {
     pub samples: u32,
     /// Its samples are distributed as those of the iteration before, and the film weighs both as one.
     pub continues: bool,
+    /// The guide is [trained](super::training) before it.
+    pub trains: bool,
 }
 
 impl Plan {
@@ -76,6 +80,8 @@ pub(super) struct Iteration<'a> {
     pub passes: &'a [Counters],
     /// Processor time of the learning between tasks.
     pub learning: CpuTime,
+    /// What was done to train the guide before it, and the processor time of learning; `None` where it was not trained.
+    pub training: Option<(Counters, CpuTime)>,
     /// With the iteration's samples, of which it is the end.
     pub film: &'a Film,
     /// Of that film; `None` for a picture that says nothing of its noise.
@@ -103,11 +109,15 @@ pub(super) trait GuidePolicy {
 pub(super) struct Always {
     /// Samples per pixel of the first iteration.
     pub first: u32,
+    /// The guide is trained before that.
+    pub trains: bool,
 }
 
 impl GuidePolicy for Always {
     fn next_iteration(&self, history: &History) -> Plan {
-        Plan { mode: Mode::Guided, samples: history.planned.map_or(self.first, doubled), continues: false }
+        let samples = history.planned.map_or(self.first, doubled);
+        let trains = self.trains && history.planned.is_none();
+        Plan { mode: Mode::Guided, samples, continues: false, trains }
     }
 }
 
@@ -117,7 +127,7 @@ pub(super) struct Never;
 
 impl GuidePolicy for Never {
     fn next_iteration(&self, history: &History) -> Plan {
-        Plan { mode: Mode::Unguided, samples: history.planned.map_or(1, doubled), continues: false }
+        Plan { mode: Mode::Unguided, samples: history.planned.map_or(1, doubled), continues: false, trains: false }
     }
 }
 
@@ -130,16 +140,20 @@ pub(super) enum Policy {
 }
 
 impl Policy {
-    /// What `method` asks for, for a picture of `pixels` pixels. A guide that is `wanted`, because it was given or is to be
-    /// kept, is used whatever it pays; `first` are the samples per pixel of its first iteration. A render that is
-    /// `timed` judges by processor time, and then no two are alike.
-    pub fn asked_for(method: GuidingMethod, wanted: bool, first: u32, timed: bool, pixels: u64) -> Policy {
+    /// What the settings ask for, for a picture of `pixels` pixels. A guide that was given or is to be kept is `wanted`, and
+    /// used whatever it pays. With one that was given, whose iterations go on with `given` samples per pixel, the first is short,
+    /// so that there is a picture by which roulette can go; a new one is trained. A render that is timed judges by processor
+    /// time, and then no two are alike.
+    pub fn asked_for(settings: &Settings, wanted: bool, given: Option<u32>, pixels: u64) -> Policy {
+        let (method, timed) = (settings.guiding.method, settings.render.time.is_some());
+        let trains = given.is_none() && lessons(pixels, f64::from(settings.render.spp)) > 0;
+        let first = if trains { FIRST_WITH_A_GUIDE } else { given.unwrap_or(1) };
         match method {
             GuidingMethod::None => Policy::Never(Never),
             GuidingMethod::Auto if !wanted => Policy::Auto(Box::new(Auto::new(timed, pixels))),
             // it learns from each iteration alone, so that a short one would be all that it knows
-            GuidingMethod::SdTree => Policy::Always(Always { first }),
-            _ => Policy::Always(Always { first: first.min(FIRST_WITH_A_GUIDE) }),
+            GuidingMethod::SdTree => Policy::Always(Always { first, trains }),
+            _ => Policy::Always(Always { first: first.min(FIRST_WITH_A_GUIDE), trains }),
         }
     }
 

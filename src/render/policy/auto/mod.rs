@@ -17,7 +17,8 @@ pub(crate) use verdict::{Reason, Trial, Verdict};
 
 use super::super::noise::Noise;
 use super::super::schedule::{LONGEST_ITERATION, doubled};
-use super::{Budget, GuidePolicy, History, Iteration, Mode, Plan};
+use super::super::training::lessons;
+use super::{Budget, FIRST_WITH_A_GUIDE, GuidePolicy, History, Iteration, Mode, Plan};
 use cost::{CostMeter, PathCost};
 use forecast::GainForecast;
 use judged::Comparison;
@@ -72,6 +73,9 @@ pub struct Auto {
 impl GuidePolicy for Auto {
     fn next_iteration(&self, history: &History) -> Plan {
         let doubled = history.planned.map(doubled);
+        if self.uses_guide() && self.trains() && !self.has_learnt {
+            return Plan { mode: Mode::Guided, samples: FIRST_WITH_A_GUIDE, continues: false, trains: true };
+        }
         let (mode, samples) = if self.baseline.is_none() {
             let more = || doubled.map(|doubled| more_samples(self.budget, history.samples).unwrap_or(doubled));
             (Mode::Pilot, more().unwrap_or_else(|| first_samples(self.pixels)))
@@ -82,7 +86,7 @@ impl GuidePolicy for Auto {
         } else {
             (Mode::Guided, doubled.unwrap_or(FIRST_LESSON))
         };
-        Plan { mode, samples, continues: !self.has_learnt }
+        Plan { mode, samples, continues: !self.has_learnt, trains: false }
     }
 
     fn observe(&mut self, iteration: &Iteration) {
@@ -92,12 +96,20 @@ impl GuidePolicy for Auto {
         let Some(noise) = iteration.noise else { return };
         if iteration.mode == Mode::Pilot {
             let budget = self.unguided_samples(&iteration.budget);
-            return self.end_pilot(noise, iteration.bounced, budget);
+            self.end_pilot(noise, iteration.bounced, budget);
+            if let Some(baseline) = self.baseline.as_mut() {
+                baseline.variances = iteration.film.newest_variances().unwrap_or_default();
+            }
+            return;
         }
         // not those of earlier iterations, with which the film may weigh a short one
         let Some(variances) = iteration.film.newest_variances().filter(|_| iteration.mode == Mode::Guided) else {
             return;
         };
+        if let Some((counters, learning)) = &iteration.training {
+            let cost = self.meter.of_path(counters, *learning);
+            self.end_training(cost.whole * counters.paths as f64);
+        }
         let cost = self.meter.of_path(iteration.counters, iteration.learning);
         if self.has_learnt {
             self.judge(noise, &variances, iteration.samples, cost);
@@ -159,6 +171,20 @@ impl Auto {
         let baseline = self.pilot.baseline(noise, bounced);
         (self.variance, self.reason) = (baseline.variance, baseline.reason(budget, self.pixels));
         self.baseline = Some(baseline);
+    }
+
+    /// Whether there is a training before the first trial, and not an unguided sample per pixel.
+    fn trains(&self) -> bool {
+        lessons(self.pixels, self.budget) > 0
+    }
+
+    /// Takes a training that has cost so much.
+    fn end_training(&mut self, cost: f64) {
+        let Some(baseline) = self.baseline.as_ref() else { return };
+        let samples = cost / (baseline.cost * self.pixels as f64);
+        self.has_learnt = true;
+        self.spent += samples;
+        self.lost += samples;
     }
 
     /// Takes the iteration from which the guide has learnt first. It was drawn without a guide and adds to the baseline:
