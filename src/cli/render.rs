@@ -6,7 +6,7 @@ use super::output::{Denoised, Outputs, beauty};
 use super::preview::{self, Preview};
 use super::progress::{self, Bar, Stage, say};
 use super::render_arguments::{Budget, OPEN_ENDED, RenderArguments, check_options};
-use super::report::{Context, Report, total};
+use super::report::{Context, Report};
 use super::signals::Signals;
 use crate::denoise::{Denoiser, Features};
 use crate::embree::Device;
@@ -316,7 +316,7 @@ pub(super) fn warn(warnings: &[String]) {
 }
 
 fn warn_of_non_finite(rendering: &Rendering) {
-    let total = total(&rendering.iterations);
+    let total = rendering.total();
     if let Some((x, y, sample)) = total.first_non_finite {
         let n = total.non_finite;
         say(&format!(

@@ -7,7 +7,6 @@ use crate::film::accumulate::Estimate;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::{Layer, NonFinite, Tone, ViewTransform};
 use crate::inspect::Layers;
-use crate::integrator::Counters;
 use crate::math::Rgb;
 use crate::platform::Platform;
 use crate::render::guide_file::GuideFingerprint;
@@ -76,6 +75,8 @@ pub(crate) struct Report {
     denoiser: Option<String>,
     denoise_seconds: Option<f64>,
     guide: GuideReport,
+    /// Iterations of the small picture on which the guide was trained; their samples are per pixel of it.
+    training: Vec<Iteration>,
     iterations: Vec<Iteration>,
 }
 
@@ -128,12 +129,13 @@ pub(crate) struct Context<'a> {
 
 impl Report {
     pub(crate) fn new(context: &Context, rendering: &Rendering) -> Report {
-        let total = total(&rendering.iterations);
+        let total = rendering.total();
         let seconds = rendering.wall_seconds;
         let guide = rendering.guide.as_ref();
         let layers = layers(rendering, context);
         let non_finite = Layer::non_finite(&layers, rendering.estimate.width as usize);
         let (least, most, blank) = rendering.estimate.spread();
+        let paths: u64 = rendering.iterations.iter().map(|i| i.counters.paths).sum();
         let all_rays = (total.rays + total.shadow_rays) as f64;
         Report {
             schema: SCHEMA,
@@ -159,9 +161,9 @@ impl Report {
             build_wall_seconds: context.build_seconds,
             render_wall_seconds: seconds,
             render_cpu_seconds: rendering.cpu.seconds(),
-            learn_wall_seconds: rendering.iterations.iter().map(|i| i.learn_wall_seconds).sum(),
-            learn_cpu_seconds: rendering.iterations.iter().map(|i| i.learn_cpu.seconds()).sum(),
-            msamples_per_second: total.paths as f64 / seconds * 1e-6,
+            learn_wall_seconds: rendering.all_iterations().map(|i| i.learn_wall_seconds).sum(),
+            learn_cpu_seconds: rendering.all_iterations().map(|i| i.learn_cpu.seconds()).sum(),
+            msamples_per_second: paths as f64 / seconds * 1e-6,
             mrays_per_second: all_rays / seconds * 1e-6,
             rays: total.rays,
             shadow_rays: total.shadow_rays,
@@ -185,6 +187,7 @@ impl Report {
                 drawn_share: ratio(total.guided_directions, total.directions),
                 verdict: rendering.verdict,
             },
+            training: rendering.training.iter().map(Iteration::new).collect(),
             iterations: rendering.iterations.iter().map(Iteration::new).collect(),
         }
     }
@@ -284,13 +287,6 @@ fn tried(Trial { variance_ratio, cost_ratio }: &Trial) -> String {
     format!(
         "guided samples varied {variance_ratio:.2} times as much as unguided ones and cost {cost_ratio:.2} times as much"
     )
-}
-
-/// Counters of all iterations together.
-pub(crate) fn total(iterations: &[IterationReport]) -> Counters {
-    let mut sum = Counters::default();
-    iterations.iter().for_each(|i| sum.add(&i.counters));
-    sum
 }
 
 fn ratio(a: u64, b: u64) -> f64 {

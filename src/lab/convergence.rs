@@ -114,8 +114,8 @@ impl Furnace {
         settings.render.spp = samples;
         let keeping = GuideIo { from: None, keep: true };
         let rendering = render_keeping(&self.scene, &settings, keeping, &mut |_| true);
+        let visits = rendering.total().transitions;
         let guide = rendering.guide?;
-        let visits: u64 = rendering.iterations.iter().map(|iteration| iteration.counters.transitions).sum();
         let visits_per_state = visits as f64 / guide.states().max(1) as f64;
         Some(Learnt { samples, visits_per_state, reported: self.reported(&guide) })
     }

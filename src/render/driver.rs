@@ -12,11 +12,14 @@ use crate::film::accumulate::FEATURE_SAMPLES;
 use crate::integrator::Task;
 use crate::integrator::probe::Watch;
 use crate::io::clock::WallClock;
-use crate::scene::Scene;
+use crate::scene::{Camera, Scene};
 
 /// What is to be rendered; the same from the first iteration to the last.
+#[derive(Clone, Copy)]
 pub(super) struct Job<'a, W> {
     pub scene: &'a Scene,
+    /// The scene's, or another.
+    pub camera: &'a Camera,
     pub settings: &'a Settings,
     pub watch: &'a W,
     /// The guide will be used again: the last iteration too is learnt from.
@@ -38,7 +41,7 @@ pub(super) struct Driver<'a, W> {
 
 impl<'a, W: Watch> Driver<'a, W> {
     pub fn new(job: Job<'a, W>, state: RenderState, mut limits: Limits<'a>) -> Driver<'a, W> {
-        let tiling = Tiling::new(job.scene.camera.width, job.scene.camera.height);
+        let tiling = Tiling::new(job.camera.width, job.camera.height);
         limits.learns_all = job.keeps_state;
         Driver { job, tiling, limits, tracer: Tracer::default(), state, record: None }
     }
@@ -71,7 +74,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             let whole = go_on || record.report.samples >= samples / 2;
             self.state.end_learning(whole, &mut record.report);
         }
-        if go_on && (self.state.plan.mode == Mode::Pilot || (learn && !last)) {
+        if go_on && (self.state.plan.mode == Mode::Pilot || (learn && (!last || self.job.keep_guide))) {
             self.state.weigh(&record, self.job.settings);
         }
         self.end_iteration(record);
@@ -272,13 +275,13 @@ impl<'a, W: Watch> Driver<'a, W> {
             verdict: state.policy.verdict(),
             relative_error: state.relative_error,
             iterations: state.iterations,
+            training: state.training,
             guide: state.guide,
             learnt_paths: state.learnt_paths,
         }
     }
 
     /// What a checkpoint keeps.
-    #[cfg(test)]
     pub fn into_state(self) -> RenderState {
         self.state
     }

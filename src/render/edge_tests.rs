@@ -113,9 +113,16 @@ fn halves(room: &Room) -> [Found; 3] {
     let (scene, settings) = room.load();
     let (stop, job) = (
         Stop::default(),
-        Job { scene: &scene, settings: &settings, watch: &(), keep_guide: false, keeps_state: false },
+        Job {
+            scene: &scene,
+            camera: &scene.camera,
+            settings: &settings,
+            watch: &(),
+            keep_guide: false,
+            keeps_state: false,
+        },
     );
-    let state = RenderState::new(&scene, &settings, GuideIo::default());
+    let state = RenderState::new(&scene, &scene.camera, &settings, GuideIo::default());
     let mut driver = Driver::new(job, state, Limits::from_now(None, &stop));
     driver.run(&mut |_| true, &mut ());
     let state = driver.into_state();

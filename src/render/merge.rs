@@ -11,6 +11,7 @@ pub(crate) struct Merged {
     film: JointFilm,
     seeds: Vec<u64>,
     iterations: Vec<IterationReport>,
+    training: Vec<IterationReport>,
     samples: u32,
     wall_seconds: f64,
     cpu: CpuTime,
@@ -23,8 +24,17 @@ impl Merged {
         let samples = state.samples();
         let mut iterations = state.iterations;
         iterations.push(record.report);
+        let training = state.training;
         let (wall_seconds, cpu) = (spent.wall.elapsed().as_secs_f64(), spent.cpu);
-        Merged { film: state.film.into_joint(), seeds: vec![state.seed], iterations, samples, wall_seconds, cpu }
+        Merged {
+            film: state.film.into_joint(),
+            seeds: vec![state.seed],
+            iterations,
+            training,
+            samples,
+            wall_seconds,
+            cpu,
+        }
     }
 
     /// Adds another.
@@ -39,6 +49,7 @@ impl Merged {
         self.film.join(other.film);
         self.seeds.extend(other.seeds);
         self.iterations.extend(other.iterations);
+        self.training.extend(other.training);
         self.samples = self.samples.saturating_add(other.samples);
         self.wall_seconds += other.wall_seconds;
         self.cpu += other.cpu;
@@ -50,6 +61,7 @@ impl Merged {
         Rendering {
             estimate: in_watts(self.film.finish(), scene.light_unit()),
             iterations: self.iterations,
+            training: self.training,
             samples: self.samples,
             wall_seconds: self.wall_seconds,
             cpu: self.cpu,

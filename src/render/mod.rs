@@ -103,6 +103,8 @@ pub type Observer<'a> = &'a mut dyn FnMut(&Progress) -> bool;
 pub struct Rendering {
     pub estimate: Estimate,
     pub iterations: Vec<IterationReport>,
+    /// Those of the small picture on which the guide was trained before.
+    pub training: Vec<IterationReport>,
     /// All samples per pixel that were traced, those of discarded iterations too; on average, rounded down, where a pass was
     /// cut.
     pub samples: u32,
@@ -119,6 +121,21 @@ pub struct Rendering {
     pub learnt_paths: u64,
     /// The newest estimate of the picture's relative error, where it was to end by that.
     pub relative_error: Option<f64>,
+}
+
+impl Rendering {
+    /// All that was done, training too.
+    pub(crate) fn all_iterations(&self) -> impl Iterator<Item = &IterationReport> {
+        self.training.iter().chain(&self.iterations)
+    }
+
+    /// What all of it did.
+    pub(crate) fn total(&self) -> Counters {
+        self.all_iterations().fold(Counters::default(), |mut sum, iteration| {
+            sum.add(&iteration.counters);
+            sum
+        })
+    }
 }
 
 /// The guide before and after a render.
@@ -174,8 +191,8 @@ pub fn render_shown<W: Watch>(
     (observer, onlooker): (Observer, &mut dyn Onlooker),
 ) -> Rendering {
     let (limits, keeps_state) = (Limits::from_now(settings.render.time, stop), onlooker.keeps_state());
-    let job = Job { scene, settings, watch, keep_guide: keeping.keep, keeps_state };
-    let mut driver = Driver::new(job, RenderState::new(scene, settings, keeping), limits);
+    let job = Job { scene, camera: &scene.camera, settings, watch, keep_guide: keeping.keep, keeps_state };
+    let mut driver = Driver::new(job, RenderState::new(scene, &scene.camera, settings, keeping), limits);
     match settings.render.order {
         Order::Progressive => driver.run(observer, onlooker),
         Order::Blocks => driver.run_blocks(observer, onlooker),
@@ -195,7 +212,14 @@ pub fn resume<W: Watch>(
 ) -> Rendering {
     let Checkpoint { state, record, spent, keeps_guide } = from;
     let limits = Limits::from_now(settings.render.time, stop).after(spent);
-    let job = Job { scene, settings, watch, keep_guide: keeps_guide, keeps_state: onlooker.keeps_state() };
+    let job = Job {
+        scene,
+        camera: &scene.camera,
+        settings,
+        watch,
+        keep_guide: keeps_guide,
+        keeps_state: onlooker.keeps_state(),
+    };
     let mut driver = Driver::new(job, state, limits).in_the_middle(record, new_budget);
     driver.run(observer, onlooker);
     driver.finish()

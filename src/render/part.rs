@@ -214,6 +214,7 @@ pub(crate) fn join<R>(scene: &Scene, settings: &Settings, mut files: Vec<PartFil
     Ok(Rendering {
         estimate: in_watts(film.finish(spp, spp.min(FEATURE_SAMPLES)), scene.light_unit()),
         iterations: vec![iteration],
+        training: Vec::new(),
         samples: spp,
         wall_seconds,
         cpu,

@@ -11,8 +11,8 @@ use crate::film::{Combine, RadianceLayer};
 use crate::guiding::Guide;
 use crate::guiding::settings::{GuidingSettings, Updates};
 use crate::integrator::{Counters, Roulette, RouletteNormalisation, SamplerKind};
-use crate::io::clock::{CpuTime, WallClock};
-use crate::scene::Scene;
+use crate::io::clock::WallClock;
+use crate::scene::{Camera, Scene};
 use serde::{Deserialize, Serialize};
 
 /// Samples per pixel after which the error of the picture is estimated first: fewer say little of it.
@@ -46,13 +46,15 @@ pub(super) struct RenderState {
     pub pixels: u64,
     /// Camera paths so far.
     pub paths: u64,
-    /// Samples per pixel that the guide has learnt from in this render.
+    /// Samples per pixel that the guide has learnt from in this render, and of the small picture before it.
     pub learnt_samples: u32,
     /// Camera paths of the last iteration from which it has learnt, in this render or the one before.
     pub learnt_paths: u64,
     /// Samples per pixel after which the error of the picture is estimated next, and the newest estimate.
     pub next_estimate: u32,
     pub relative_error: Option<f64>,
+    /// Iterations of the small picture by which the guide was trained, and those of the render.
+    pub training: Vec<IterationReport>,
     pub iterations: Vec<IterationReport>,
 }
 
@@ -139,8 +141,8 @@ fn new_guide(scene: &Scene, settings: &GuidingSettings) -> Option<Guide> {
 
 impl RenderState {
     /// Before the first iteration.
-    pub fn new(scene: &Scene, settings: &Settings, GuideIo { from, keep }: GuideIo) -> RenderState {
-        let (width, height) = (scene.camera.width, scene.camera.height);
+    pub fn new(scene: &Scene, camera: &Camera, settings: &Settings, GuideIo { from, keep }: GuideIo) -> RenderState {
+        let (width, height) = (camera.width, camera.height);
         let pixels = width as u64 * height as u64;
         let was_given = from.is_some();
         let wanted = was_given || keep;
@@ -170,6 +172,7 @@ impl RenderState {
             learnt_paths,
             next_estimate: FIRST_ESTIMATE,
             relative_error: None,
+            training: Vec::new(),
             iterations: Vec::new(),
         }
     }
@@ -257,9 +260,7 @@ impl RenderState {
         if settings.integrator.roulette == Roulette::Guided
             && let Some(noise) = &noise
         {
-            let paths = self.guide.as_ref().map_or(0, |guide| guide.learnt_paths());
-            let knows_enough = roulette::knows_enough(self.learnt_samples, paths);
-            let new = knows_enough.then(|| roulette::normalisation(noise, &report.counters));
+            let new = roulette::normalisation(noise, self.learnt_samples, &report.counters);
             self.roulette = new.or(self.roulette.take());
         }
         let (threads, render) = (rayon::current_num_threads() as f64, &settings.render);
@@ -270,22 +271,12 @@ impl RenderState {
             counters: &report.counters,
             passes: passes.as_deref().unwrap_or_default(),
             learning: report.learn_cpu,
-            training: self.newest_training(),
+            training: &self.training,
             film: &self.film,
             noise: noise.as_ref(),
             bounced: &self.bounced,
             budget: Budget { samples: render.spp, cpu_seconds: render.time.map(|wall| wall * threads) },
         });
-    }
-
-    /// What was done to train the guide since the last iteration that made a part of the picture.
-    fn newest_training(&self) -> Option<(Counters, CpuTime)> {
-        let lessons = self.iterations.iter().rev().take_while(|lesson| lesson.samples == 0);
-        lessons.fold(None, |sum, lesson| {
-            let (mut counters, learning) = sum.unwrap_or_default();
-            counters.add(&lesson.counters);
-            Some((counters, learning + lesson.learn_cpu))
-        })
     }
 
     /// Plans the next iteration, and ends the one before in the film, unless the next continues it.

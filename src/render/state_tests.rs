@@ -21,9 +21,9 @@ fn door(set: &[&str]) -> (Scene, Settings) {
 /// Renders with another driver for each iteration, which takes over nothing but the state, after `change`.
 fn in_pieces(scene: &Scene, settings: &Settings, change: fn(&mut RenderState)) -> (usize, Rendering) {
     let stop = Stop::new();
-    let mut state = RenderState::new(scene, settings, GuideIo::default());
+    let mut state = RenderState::new(scene, &scene.camera, settings, GuideIo::default());
     for drivers in 0.. {
-        let job = Job { scene, settings, watch: &(), keep_guide: false, keeps_state: false };
+        let job = Job { scene, camera: &scene.camera, settings, watch: &(), keep_guide: false, keeps_state: false };
         let mut driver = Driver::new(job, state, Limits::from_now(None, &stop));
         if !driver.iterate(&mut |_| true, &mut ()) {
             return (drivers, driver.finish());

@@ -101,7 +101,7 @@ impl Tracer {
         let (guiding, efficiency) = (&job.settings.guiding, state.roulette.as_ref());
         let integrator = PathIntegrator {
             scene: job.scene,
-            camera: &job.scene.camera,
+            camera: job.camera,
             settings: &job.settings.integrator,
             guide: field.filter(|_| guided).map(|field| GuideUse { field, settings: guiding, learn, efficiency }),
             seed: state.seed,

@@ -1,101 +1,71 @@
-//! Training before the first guided sample: the guide learns from small pictures of the same view, of which nothing is kept.
+//! Training before the first guided sample: a small picture of the same view is rendered, of which nothing is kept but what the
+//! guide has learnt, and by what roulette may go.
 //!
 //! A guide refines its cells and directions between iterations, by a level at a time, and the shortest iteration that a picture
-//! can show is one sample per pixel. In a large picture that is far more than a young guide can use, and its first iterations,
-//! a good part of a short render, would come from cells that are hardly refined. So it takes its first steps on as many camera
-//! paths as they need: 32 thousand, then twice as many each time.
+//! can show is one sample per pixel. In a large picture that is far more than a young guide can use: its first iterations, a
+//! good part of a short render, would come from cells that are hardly refined, and of the picture no more would be known than a
+//! few samples per pixel tell. A small picture of as many paths has taken several steps, and knows what it shows.
 
-use super::driver::Job;
-use super::schedule::{Tiling, rounds};
+use super::GuideIo;
+use super::driver::{Driver, Job};
+use super::limits::Limits;
 use super::state::RenderState;
-use super::{IterationReport, limits::Limits};
-use crate::integrator::path::{GuideUse, PathIntegrator};
+use crate::integrator::RouletteNormalisation;
 use crate::integrator::probe::Watch;
-use crate::integrator::{Batch, BatchResult, Task};
-use crate::io::clock::WallClock;
 use crate::scene::Camera;
-use rayon::prelude::*;
 
-/// Pixels of the small picture, about: the camera paths of the first lesson.
+/// Pixels of the small picture, about.
 const PIXELS: u64 = 1 << 15;
 
 /// Share of the budget that training may take: where it gains nothing, no more is lost.
 const SHARE: f64 = 1.0 / 16.0;
 
-/// Camera paths for each thread that are traced together, and then learnt from in the order of their tasks.
-const ROUND_PATHS: usize = 1 << 15;
+/// Samples per pixel of the small picture, at least: with fewer, nothing is refined.
+const LEAST_SAMPLES: u32 = 3;
 
 /// What tells the random numbers of training from those of the picture.
 const SEED: u64 = 0x7472_6169_6e69_6e67;
 
-/// How many lessons a picture of so many pixels has, with a budget of so many samples per pixel. The last has at most half as
-/// many paths as a pass over the picture: from then on passes teach as well.
-pub(super) fn lessons(pixels: u64, budget: f64) -> u32 {
-    let most = (SHARE * budget * pixels as f64) as u64;
-    let fits = |k: u32| PIXELS << k <= pixels / 2 && (PIXELS << (k + 1)) - PIXELS <= most;
-    (0..u64::BITS - PIXELS.ilog2() - 1).take_while(|&k| fits(k)).count() as u32
+/// Samples per pixel of the small picture that is rendered before one of so many pixels with a budget of so many samples of each;
+/// 0 where there is none. They make whole iterations, 1, 3, 7, 15 …, and no more paths than a pass over the large picture: from
+/// then on passes teach as much.
+pub(super) fn samples(pixels: u64, budget: f64) -> u32 {
+    let most = (SHARE * budget).min(1.0) * pixels as f64 / PIXELS as f64;
+    if most < f64::from(LEAST_SAMPLES) { 0 } else { (1 << (most + 1.0).log2() as u32) - 1 }
 }
 
-/// Teaches a guide that knows nothing. Under a limit of time no lesson begins that is expected to end beyond the share of it.
+/// Trains the guide of a render that is about to begin, or to take its first guided sample. Under a limit of time it takes its share
+/// of that at most.
 pub(super) fn train<W: Watch>(job: &Job<W>, limits: &Limits, state: &mut RenderState) {
-    let count = lessons(state.pixels, f64::from(job.settings.render.spp));
-    let camera = job.scene.camera.coarser(PIXELS);
-    let mut first = 0;
-    for k in 0..count {
-        let newest = state.iterations.last().filter(|_| k > 0).map_or(0.0, |lesson| lesson.wall_seconds);
-        let soon = limits.seconds.is_some_and(|limit| training_seconds(state) + 2.0 * newest > SHARE * limit);
-        if soon || limits.stop.is_asked() {
-            break;
-        }
-        let Some(report) = lesson(job, limits, state, &camera, first..first + (1 << k)) else { break };
-        state.iterations.push(report);
-        first += 1 << k;
-    }
+    let camera = job.camera.coarser(PIXELS);
+    let mut settings = job.settings.clone();
+    settings.render.spp = samples(state.pixels, f64::from(settings.render.spp));
+    settings.render.seed = state.seed ^ SEED;
+    (settings.render.time, settings.render.noise) = (None, None);
+    settings.render.layers.clear();
+    let share = limits.seconds.map(|seconds| SHARE * seconds);
+    let small = Job { camera: &camera, settings: &settings, keep_guide: true, keeps_state: false, ..*job };
+    let mut trained = RenderState::new(job.scene, &camera, &settings, GuideIo { from: None, keep: true });
+    trained.guide = state.guide.take();
+    let mut driver = Driver::new(small, trained, Limits::from_now(share, limits.stop));
+    driver.run(&mut |_| !limits.stop.is_asked(), &mut ());
+    let trained = driver.into_state();
+    (state.guide, state.learnt_samples) = (trained.guide, trained.learnt_samples);
+    state.roulette = trained.roulette.map(|small| enlarged(&small, &camera, job.camera));
+    state.training = trained.iterations;
 }
 
-fn training_seconds(state: &RenderState) -> f64 {
-    let lessons = state.iterations.iter().filter(|iteration| iteration.samples == 0);
-    lessons.map(|lesson| lesson.wall_seconds).sum()
+/// The same for the pixels of a larger picture of the view.
+fn enlarged(small: &RouletteNormalisation, from: &Camera, to: &Camera) -> RouletteNormalisation {
+    let nearest = |k: u32, from: u32, to: u32| (u64::from(2 * k + 1) * u64::from(from) / u64::from(2 * to)) as usize;
+    let row = |y: u32| {
+        let row = nearest(y, from.height, to.height) * from.width as usize;
+        (0..to.width).map(move |x| row + nearest(x, from.width, to.width))
+    };
+    let inverse_luminance = (0..to.height).flat_map(row).map(|k| small.inverse_luminance[k]).collect();
+    RouletteNormalisation { inverse_luminance, scale: small.scale }
 }
 
-/// One lesson of these samples of the small picture; `None` where it was given up.
-fn lesson<W: Watch>(
-    job: &Job<W>,
-    limits: &Limits,
-    state: &mut RenderState,
-    camera: &Camera,
-    samples: std::ops::Range<u32>,
-) -> Option<IterationReport> {
-    let clock = WallClock::start();
-    let tiling = Tiling::new(camera.width, camera.height);
-    let passes = samples.clone().step_by(tiling.samples as usize);
-    let pass = |first: u32| tiling.pass(first, tiling.samples.min(samples.end - first));
-    let tasks: Vec<Task> = passes.flat_map(pass).collect();
-    let seed = state.seed ^ SEED;
-    let guide = state.guide.as_mut()?;
-    let mut report = IterationReport { usable_states: guide.field().len(), ..IterationReport::default() };
-    guide.begin_iteration(tasks.iter().map(|task| task.paths() as u64).sum());
-    for round in rounds(&tasks, ROUND_PATHS * rayon::current_num_threads()) {
-        let field = guide.field();
-        let integrator = PathIntegrator {
-            guide: Some(GuideUse { field, settings: &job.settings.guiding, learn: true, efficiency: None }),
-            camera,
-            sampler: job.settings.render.sampler,
-            ..PathIntegrator::plain(job.scene, &job.settings.integrator, seed)
-        };
-        let trace = |batch: &mut Batch, task: &Task| {
-            let mut probe = job.watch.begin(task);
-            let result = integrator.render_probed(task, batch, &mut probe, limits.stop)?;
-            job.watch.end(task, probe);
-            Some(result)
-        };
-        let results: Vec<BatchResult> = round.par_iter().map_init(Batch::default, trace).collect::<Option<_>>()?;
-        results.iter().for_each(|result| report.counters.add(&result.counters));
-        let recorders: Vec<_> = results.iter().filter_map(|result| result.recorder.as_ref()).collect();
-        report.add_learning(|| guide.learn(&recorders));
-    }
-    let paths = report.counters.paths;
-    report.add_learning(|| guide.end_iteration(paths));
-    report.wall_seconds = clock.elapsed().as_secs_f64();
-    Some(report)
-}
+#[cfg(test)]
+#[path = "training_tests.rs"]
+mod tests;

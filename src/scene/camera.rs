@@ -305,6 +305,24 @@ mod tests {
     }
 
     #[test]
+    fn fewer_pixels_see_the_same() {
+        for projection in [Projection::Perspective, Projection::Orthographic, Projection::Panorama] {
+            for crop in [None, Some([30, 40, 60, 20])] {
+                let described = described(|c| (c.projection, c.view_height) = (projection, 3.0));
+                let fine = Camera::new(&described, &FilmSettings { filter: Filter::Box, ..film(crop) }).unwrap();
+                let coarse = fine.coarser(u64::from(fine.width * fine.height) / 4);
+                assert_eq!([2 * coarse.width, 2 * coarse.height], [fine.width, fine.height]);
+                for (x, y) in [(0, 0), (coarse.width - 1, 0), (7, 3), (0, coarse.height - 1)] {
+                    // the middle of a coarse pixel is a corner of four fine ones
+                    let (a, b) = (coarse.ray(x, y, [0.5; 2]), fine.ray(2 * x, 2 * y, [1.0; 2]));
+                    assert!(near(a.org, b.org) && near(a.dir, b.dir), "{projection:?}, {crop:?}, {x}, {y}");
+                }
+                assert_eq!(coarse.pixel(coarse.width - 1, coarse.height - 1) + 1, coarse.width * coarse.height);
+            }
+        }
+    }
+
+    #[test]
     fn the_upper_left_pixel_looks_up_and_left() {
         let d = camera(false).ray(0, 0, [0.0, 0.0]).dir;
         // vertical field 90°: the upper edge is at 45°; the film is twice as wide as high

@@ -31,10 +31,10 @@ impl Own {
     /// Renders with the threads of the current pool.
     pub(crate) fn render(scene: &Scene, settings: &Settings) -> Result<(Own, Estimate)> {
         let rendering = render(scene, settings, &mut |_| true);
-        let counters = rendering.iterations.iter().map(|i| &i.counters);
+        let (counters, total) = (rendering.iterations.iter().map(|i| &i.counters), rendering.total());
         let own = Own {
-            samples: counters.clone().map(|c| c.paths).sum::<u64>() as f64,
-            rays: counters.map(|c| c.rays + c.shadow_rays).sum::<u64>() as f64,
+            samples: counters.map(|c| c.paths).sum::<u64>() as f64,
+            rays: (total.rays + total.shadow_rays) as f64,
             seconds: rendering.wall_seconds,
             cpu_seconds: rendering.cpu.seconds(),
         };

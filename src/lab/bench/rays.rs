@@ -129,7 +129,7 @@ fn whole(
 
 fn turn(scene: &Scene, settings: &Settings, strands: &[Strand], threads: usize) -> Turn {
     let rendering = render(scene, settings, &mut |_| true);
-    let within: f64 = rendering.iterations.iter().map(|i| i.counters.embree_wall.as_secs_f64()).sum();
+    let within: f64 = rendering.all_iterations().map(|i| i.counters.embree_wall.as_secs_f64()).sum();
     let (alone, _) = replay(scene.geometry(), strands, 16);
     let rays = count(strands) as f64 * 1e-6;
     let n = threads as f64;

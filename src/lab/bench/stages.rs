@@ -80,12 +80,12 @@ fn run(scene: &Scene, settings: &Settings) -> Result<Run> {
     let clock = Clock::default();
     let watched = render_watched(scene, settings, GuideIo::default(), &clock, &Stop::new(), &mut |_| true);
     let split = clock.split()?;
-    let counters = rendering.iterations.iter().map(|i| &i.counters);
+    let (counters, total) = (rendering.iterations.iter().map(|i| &i.counters), rendering.total());
     Ok(Run {
         seconds: rendering.wall_seconds,
         cpu_seconds: rendering.cpu.seconds(),
-        samples: counters.clone().map(|c| c.paths).sum(),
-        rays: counters.map(|c| c.rays + c.shadow_rays).sum(),
+        samples: counters.map(|c| c.paths).sum(),
+        rays: total.rays + total.shadow_rays,
         shares: shares(&rendering, &split.shares)?,
         stamp_nanoseconds: split.stamp_nanoseconds,
         watching: watched.wall_seconds / rendering.wall_seconds,
@@ -96,7 +96,7 @@ fn run(scene: &Scene, settings: &Settings) -> Result<Run> {
 /// learning took is an average over the threads.
 fn shares(rendering: &Rendering, split: &[f64]) -> Result<[f64; STAGES.len()]> {
     let threads = rayon::current_num_threads() as f64;
-    let sum = |of: fn(&crate::render::IterationReport) -> f64| rendering.iterations.iter().map(of).sum::<f64>();
+    let sum = |of: fn(&crate::render::IterationReport) -> f64| rendering.all_iterations().map(of).sum::<f64>();
     let all = threads * rendering.wall_seconds;
     let batches = sum(|i| i.counters.wall.as_secs_f64()) / all;
     let mut shares = [0.0; STAGES.len()];

@@ -13,7 +13,6 @@ use super::store::Store;
 use super::{bias::ReferenceBlocks, memory};
 use crate::image::exr::{self, Metadata, Window};
 use crate::image::{Exposure, Image, Layer, Tone};
-use crate::integrator::Counters;
 use crate::platform::Platform;
 use crate::render::{self, GuideIo, IterationReport, Progress, Rendering, Settings, Stop};
 use crate::scene::Scene;
@@ -199,8 +198,7 @@ fn picture(rendering: &Rendering) -> Image {
 /// The figures of a render; which run it was is not among them.
 fn measured(rendering: &Rendering, reference: &Reference, exposure: Exposure) -> Result<Run> {
     let image = picture(rendering);
-    let mut total = Counters::default();
-    rendering.iterations.iter().for_each(|i| total.add(&i.counters));
+    let total = rendering.total();
     Ok(Run {
         scene: String::new(),
         method: String::new(),
@@ -209,7 +207,7 @@ fn measured(rendering: &Rendering, reference: &Reference, exposure: Exposure) ->
         samples: rendering.samples,
         wall_seconds: rendering.wall_seconds,
         cpu_seconds: rendering.cpu.seconds(),
-        learn_wall_seconds: rendering.iterations.iter().map(|i| i.learn_wall_seconds).sum(),
+        learn_wall_seconds: rendering.all_iterations().map(|i| i.learn_wall_seconds).sum(),
         film_wall_seconds: rendering.film_wall_seconds,
         errors: measure::errors(&image, reference, exposure.stops(&reference.image, Tone::Srgb))?,
         mean: measure::mean(&image),

@@ -9,8 +9,7 @@ pub(crate) use auto::{Trial, Verdict};
 
 use super::noise::Noise;
 use super::schedule::doubled;
-use super::training::lessons;
-use super::{Settings};
+use super::{IterationReport, Settings, training};
 use crate::film::accumulate::Film;
 use crate::guiding::settings::GuidingMethod;
 use crate::integrator::Counters;
@@ -80,8 +79,8 @@ pub(super) struct Iteration<'a> {
     pub passes: &'a [Counters],
     /// Processor time of the learning between tasks.
     pub learning: CpuTime,
-    /// What was done to train the guide before it, and the processor time of learning; `None` where it was not trained.
-    pub training: Option<(Counters, CpuTime)>,
+    /// What was done to train the guide before all guided iterations.
+    pub training: &'a [IterationReport],
     /// With the iteration's samples, of which it is the end.
     pub film: &'a Film,
     /// Of that film; `None` for a picture that says nothing of its noise.
@@ -146,7 +145,7 @@ impl Policy {
     /// time, and then no two are alike.
     pub fn asked_for(settings: &Settings, wanted: bool, given: Option<u32>, pixels: u64) -> Policy {
         let (method, timed) = (settings.guiding.method, settings.render.time.is_some());
-        let trains = given.is_none() && lessons(pixels, f64::from(settings.render.spp)) > 0;
+        let trains = given.is_none() && training::samples(pixels, f64::from(settings.render.spp)) > 0;
         let first = if trains { FIRST_WITH_A_GUIDE } else { given.unwrap_or(1) };
         match method {
             GuidingMethod::None => Policy::Never(Never),

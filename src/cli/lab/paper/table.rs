@@ -53,7 +53,7 @@ impl Row {
     pub(crate) fn new(preset: &Preset, rendering: &Rendering, reference: &Image, q: Option<Comparison>) -> Result<Row> {
         let e = &rendering.estimate;
         let image = Image { width: e.width as usize, height: e.height as usize, data: e.mean.clone() };
-        let total = crate::cli::report::total(&rendering.iterations);
+        let total = rendering.total();
         let each = |f: fn(&IterationReport) -> f64| rendering.iterations.iter().map(f).collect::<Vec<f64>>();
         let guide = rendering.guide.as_ref();
         let part = |first| compare(&part(preset.view, &image, first), &part(preset.view, reference, first));
@@ -65,7 +65,7 @@ impl Row {
             spp: rendering.samples,
             spp_kept: e.samples,
             wall_seconds: rendering.wall_seconds,
-            learn_wall_seconds: rendering.iterations.iter().map(|i| i.learn_wall_seconds).sum(),
+            learn_wall_seconds: rendering.all_iterations().map(|i| i.learn_wall_seconds).sum(),
             rays_per_path: per_path(&total, total.rays + total.shadow_rays),
             path_lengths: each(|i| per_path(&i.counters, i.counters.rays)),
             zero_contribution_shares: each(|i| per_path(&i.counters, i.counters.zero_contribution)),

@@ -17,7 +17,7 @@ pub(crate) use verdict::{Reason, Trial, Verdict};
 
 use super::super::noise::Noise;
 use super::super::schedule::{LONGEST_ITERATION, doubled};
-use super::super::training::lessons;
+use super::super::{IterationReport, training};
 use super::{Budget, FIRST_WITH_A_GUIDE, GuidePolicy, History, Iteration, Mode, Plan};
 use cost::{CostMeter, PathCost};
 use forecast::GainForecast;
@@ -106,9 +106,8 @@ impl GuidePolicy for Auto {
         let Some(variances) = iteration.film.newest_variances().filter(|_| iteration.mode == Mode::Guided) else {
             return;
         };
-        if let Some((counters, learning)) = &iteration.training {
-            let cost = self.meter.of_path(counters, *learning);
-            self.end_training(cost.whole * counters.paths as f64);
+        if !self.has_learnt && !iteration.training.is_empty() {
+            self.end_training(iteration.training);
         }
         let cost = self.meter.of_path(iteration.counters, iteration.learning);
         if self.has_learnt {
@@ -175,13 +174,16 @@ impl Auto {
 
     /// Whether there is a training before the first trial, and not an unguided sample per pixel.
     fn trains(&self) -> bool {
-        lessons(self.pixels, self.budget) > 0
+        training::samples(self.pixels, self.budget) > 0
     }
 
-    /// Takes a training that has cost so much.
-    fn end_training(&mut self, cost: f64) {
+    /// Takes a training of these iterations.
+    fn end_training(&mut self, iterations: &[IterationReport]) {
         let Some(baseline) = self.baseline.as_ref() else { return };
-        let samples = cost / (baseline.cost * self.pixels as f64);
+        let cost = |done: &IterationReport| {
+            self.meter.of_path(&done.counters, done.learn_cpu).whole * done.counters.paths as f64
+        };
+        let samples = iterations.iter().map(cost).sum::<f64>() / (baseline.cost * self.pixels as f64);
         self.has_learnt = true;
         self.spent += samples;
         self.lost += samples;

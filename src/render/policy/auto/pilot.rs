@@ -3,6 +3,7 @@
 //! with.
 
 use super::super::super::noise::Noise;
+use super::super::super::training;
 use super::cost::CostMeter;
 use super::judged::{outliers, relative_variance};
 use super::verdict::Reason;
@@ -16,6 +17,8 @@ pub const MIN_BOUNCED_SHARE: f64 = 1.0 - 1.0 / 1.3;
 /// first lesson and two trials take what some twenty unguided samples do. Fitted: with 0.2 million paths every guide lost on
 /// rooms that it rendered three times as well with more.
 pub const MIN_BUDGET_SAMPLES: f64 = 32.0;
+/// The same of samples where the guide is trained on a small picture: pilot, training and a trial take what some five do.
+pub const MIN_TRAINED_SAMPLES: f64 = 16.0;
 pub const MIN_BUDGET_PATHS: f64 = 8e5;
 
 /// Length of the pilot: camera paths at first, its share of the budget, and samples per pixel at least and at most. Few samples
@@ -86,9 +89,10 @@ impl Pilot {
 impl Baseline {
     /// Whether it makes sense to learn, in a picture of `pixels` pixels with a budget of so many unguided samples each.
     pub fn reason(&self, budget: f64, pixels: u64) -> Reason {
+        let least = if training::samples(pixels, budget) > 0 { MIN_TRAINED_SAMPLES } else { MIN_BUDGET_SAMPLES };
         if self.bounced_share < MIN_BOUNCED_SHARE {
             Reason::Calm
-        } else if budget < MIN_BUDGET_SAMPLES || budget * (pixels as f64) < MIN_BUDGET_PATHS {
+        } else if budget < least || budget * (pixels as f64) < MIN_BUDGET_PATHS {
             Reason::Short
         } else {
             Reason::Promising

@@ -51,9 +51,9 @@ fn cost(auto: &Auto, counters: &Counters) -> PathCost {
 /// After a first lesson, and trials of 2, 4, 8 … samples of such variances and rays.
 fn tried(budget: f64, trials: &[(f64, u64)]) -> Auto {
     let mut auto = begun(10.0, budget);
-    assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: 1, continues: true });
+    assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: 1, continues: true, trains: false });
     auto.first_lesson(vec![20.0; PIXELS as usize], 17, 1, cost(&auto, &counters(5)));
-    assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: 8, continues: false });
+    assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: 8, continues: false, trains: false });
     for (k, &(variance, rays)) in trials.iter().enumerate() {
         if auto.uses_guide() {
             auto.judge(&noise(20.0), &vec![variance; PIXELS as usize], 2 << k, cost(&auto, &counters(rays)));
@@ -71,7 +71,7 @@ fn light_that_did_not_bounce_asks_for_no_guide() {
     assert!(
         !calm.uses_guide() && !verdict.guided && verdict.trial.is_none() && (verdict.variance - 20.0).abs() < 1e-12
     );
-    assert_eq!(plan(&calm), Plan { mode: Mode::Unguided, samples: LONGEST_ITERATION, continues: true });
+    assert_eq!(plan(&calm), Plan { mode: Mode::Unguided, samples: LONGEST_ITERATION, continues: true, trains: false });
     assert_eq!((reason(0.9 * least), reason(1.1 * least)), (Reason::Calm, Reason::Promising), "of a variance of 20");
     let reason = |bounced| begun_of(bounced, 1.2 * bounced, 1000.0).verdict().expect("it was measured").reason;
     assert_eq!(
@@ -107,7 +107,7 @@ fn a_longer_budget_has_a_longer_pilot() {
 #[test]
 fn a_picture_that_says_nothing_has_a_pilot_of_twice_the_length() {
     let auto = Auto::new(true, PIXELS);
-    assert_eq!(plan(&auto), Plan { mode: Mode::Pilot, samples: 8, continues: true });
+    assert_eq!(plan(&auto), Plan { mode: Mode::Pilot, samples: 8, continues: true, trains: false });
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn a_trial_that_loses_ends_before_it_has_cost_much_of_the_budget() {
     let trial = verdict.trial.expect("it was tried");
     assert!((trial.variance_ratio - 2.0).abs() < 1e-12 && trial.cost_ratio == 2.0);
     assert!((trial.gain() - 0.25).abs() < 1e-12);
-    assert_eq!(plan(&auto), Plan { mode: Mode::Unguided, samples: LONGEST_ITERATION, continues: false });
+    assert_eq!(plan(&auto), Plan { mode: Mode::Unguided, samples: LONGEST_ITERATION, continues: false, trains: false });
     // where the budget is long the same is a small part of it; but not for ever
     let losing = [(40.0, 10); 8];
     assert!(tried(1e6, &losing[..2]).uses_guide());
