@@ -23,8 +23,9 @@ pub struct Platform {
     pub(crate) embree: String,
     /// The largest instruction set that it uses.
     pub(crate) embree_isa: &'static str,
-    /// Whether it has kernels for packets of 16 rays; else it takes them apart.
-    pub(crate) embree_packets_of_16: bool,
+    /// Rays of the widest packet that it has kernels for. Packets of 16 are asked in halves where it is 8; where it is 4, Embree takes
+    /// them apart.
+    pub(crate) embree_packet_width: usize,
 }
 
 /// Defines what levels there are: each is the one before it and these features.
@@ -95,7 +96,7 @@ impl Platform {
             processor: processor(),
             embree: format!("{}.{}.{}", version / 10000, version / 100 % 100, version % 100),
             embree_isa: device.isa().map_or(if cfg!(target_arch = "x86_64") { "sse2" } else { processor() }, Isa::name),
-            embree_packets_of_16: device.native_ray16(),
+            embree_packet_width: device.packet_width(),
         }
     }
 
@@ -104,6 +105,15 @@ impl Platform {
         let Platform { version, compiled_for, embree, embree_isa, .. } = self;
         let commit = self.commit.map_or(String::new(), |commit| format!(" ({commit})"));
         format!("{version}{commit}, compiled for {compiled_for}, Embree {embree} with {embree_isa}")
+    }
+
+    /// How Embree is asked for sixteen rays at a time.
+    pub(crate) fn packets(&self) -> &'static str {
+        match self.embree_packet_width {
+            16 => "packets of 16 rays",
+            8 => "packets of 16 rays in halves of 8",
+            _ => "packets of 16 rays, which Embree takes apart",
+        }
     }
 
     /// What can be done where the processor has more than the program was compiled for.
@@ -135,7 +145,13 @@ mod tests {
         for isa in Isa::available() {
             let platform = Platform::of(&Device::held_to(Some(isa), 1).unwrap());
             assert_eq!(platform.embree_isa, isa.name());
-            assert_eq!(platform.embree_packets_of_16, isa == Isa::Avx512);
+            let width = match isa {
+                Isa::Avx512 => 16,
+                Isa::Avx | Isa::Avx2 => 8,
+                Isa::Sse42 => 4,
+            };
+            assert_eq!(platform.embree_packet_width, width);
+            assert_eq!(platform.packets().contains("halves"), width == 8);
             assert!(platform.summary().ends_with(&format!("with {}", isa.name())));
         }
     }

@@ -77,16 +77,29 @@ impl Device {
     /// Embree tells only the widest packets that it has kernels for; what lies between follows from the processor and
     /// from what this device was allowed.
     pub(crate) fn isa(&self) -> Option<Isa> {
-        let width = match (self.native_ray16(), self.native_ray8()) {
-            (true, _) => Isa::Avx512,
-            (false, true) => Isa::Avx2,
-            (false, false) => Isa::Sse42,
+        let width = match self.packet_width() {
+            16 => Isa::Avx512,
+            8 => Isa::Avx2,
+            _ => Isa::Sse42,
         };
         Isa::available().take_while(|isa| *isa <= width && self.isa_limit.is_none_or(|limit| *isa <= limit)).last()
     }
 
-    /// Whether there are kernels for packets of 16: else Embree takes their rays apart.
-    pub(crate) fn native_ray16(&self) -> bool {
+    /// Rays of a packet for which there are kernels: 16, 8 or 4.
+    pub(crate) fn packet_width(&self) -> usize {
+        match (self.native_ray16(), self.native_ray8()) {
+            (true, _) => 16,
+            (false, true) => 8,
+            (false, false) => 4,
+        }
+    }
+
+    /// Whether packets of 16 rays go in halves: Embree would take their rays apart.
+    pub(super) fn takes_halves(&self) -> bool {
+        self.packet_width() == 8
+    }
+
+    fn native_ray16(&self) -> bool {
         // SAFETY: the handle is live.
         unsafe { sys::rtcGetDeviceProperty(self.handle, sys::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0 }
     }

@@ -19,6 +19,7 @@ mod scene;
 mod single;
 #[cfg(test)]
 mod tests;
+mod width;
 
 /// Embree's C API as bindgen sees it.
 #[allow(non_camel_case_types, non_snake_case, non_upper_case_globals, dead_code, missing_docs)]

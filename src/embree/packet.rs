@@ -1,7 +1,6 @@
 //! The packets in which Embree takes rays and gives hits.
 
-use super::compat::{self, Query};
-use super::sys;
+use super::{sys, width};
 use crate::geometry::{Hit, HitRows, NOTHING, Ray, RayRows};
 use crate::simd::{Mask, Packing, mask};
 use glam::Vec3;
@@ -22,6 +21,10 @@ impl Valid {
             active[lane] = if lane < n { -1 } else { 0 };
         }
         Valid(active)
+    }
+
+    pub(super) fn as_ptr(&self) -> *const i32 {
+        self.0.as_ptr()
     }
 }
 
@@ -145,10 +148,7 @@ macro_rules! packets {
             }
 
             fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence) {
-                let (valid, mut query) = (Valid::first(lanes), Query::new(coherence));
-                // SAFETY: a `Scene` is committed and alive; both types carry Embree's alignment, and the mask has
-                // 16 elements, as many as the widest packet.
-                unsafe { compat::$intersect(valid.0.as_ptr(), scene.handle(), &mut query, &mut self.0) }
+                width::$intersect(&mut self.0, scene, lanes, coherence);
             }
         }
 
@@ -179,9 +179,7 @@ macro_rules! packets {
             }
 
             fn trace(&mut self, scene: &super::Scene, lanes: usize, coherence: super::Coherence) {
-                let (valid, mut query) = (Valid::first(lanes), Query::new(coherence));
-                // SAFETY: as in `HitPacket::trace`.
-                unsafe { compat::$occluded(valid.0.as_ptr(), scene.handle(), &mut query, &mut self.0) }
+                width::$occluded(&mut self.0, scene, lanes, coherence);
             }
         }
     };

@@ -26,6 +26,8 @@ pub(crate) struct SceneBuilder {
 pub(crate) struct Scene {
     handle: sys::RTCScene,
     device: Arc<Device>,
+    /// There are kernels for packets of 8 rays, and none for 16.
+    takes_halves: bool,
     /// Embree reads these buffers during queries: they are kept until the scene is released.
     buffers: Vec<Arc<dyn Send + Sync>>,
     #[allow(clippy::vec_box, reason = "Embree keeps their addresses, which a growing vector would change")]
@@ -45,8 +47,14 @@ impl SceneBuilder {
         // SAFETY: the device is live; a null scene is caught by `check`.
         let handle = unsafe { sys::rtcNewScene(device.handle()) };
         device.check("making a scene")?;
-        let scene =
-            Scene { handle, device: device.clone(), buffers: Vec::new(), filters: Vec::new(), instanced: Vec::new() };
+        let scene = Scene {
+            handle,
+            device: device.clone(),
+            takes_halves: device.takes_halves(),
+            buffers: Vec::new(),
+            filters: Vec::new(),
+            instanced: Vec::new(),
+        };
         let flags = if robust { sys::RTC_SCENE_FLAG_ROBUST } else { sys::RTC_SCENE_FLAG_NONE };
         // SAFETY: the scene is live.
         unsafe { sys::rtcSetSceneFlags(handle, flags) };
@@ -153,6 +161,11 @@ impl Scene {
     /// directions differ, 16 wide, AVX-512), so coherence, which is only ever a hint, is kept from scenes with instances.
     pub(super) fn allowed(&self, coherence: Coherence) -> Coherence {
         if self.instanced.is_empty() { coherence } else { Coherence::Incoherent }
+    }
+
+    /// Whether packets of 16 rays are asked in halves.
+    pub(super) fn takes_halves(&self) -> bool {
+        self.takes_halves
     }
 
     pub(super) fn handle(&self) -> sys::RTCScene {

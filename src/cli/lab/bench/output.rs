@@ -79,8 +79,9 @@ impl Output {
         let platform = Platform::here()?;
         let head = Head { schema: SCHEMA, phototaxis, platform, bench, subject, threads, turns, confidence, figures };
         if self.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
-            crate::cli::print(&format!("phototaxis {}", head.platform.summary()))?;
-            head.platform.advice().iter().try_for_each(|advice| crate::cli::print(advice))?;
+            let platform = &head.platform;
+            crate::cli::print(&format!("phototaxis {}, {}", platform.summary(), platform.packets()))?;
+            platform.advice().iter().try_for_each(|advice| crate::cli::print(advice))?;
             tables.iter().try_for_each(Table::print)?;
         }
         if let Some(path) = &self.json {
