@@ -94,7 +94,7 @@ impl Device {
         }
     }
 
-    /// Whether packets of 16 rays go in halves: Embree would take their rays apart.
+    /// Whether packets of 16 rays go in halves, for which there are kernels.
     pub(super) fn takes_halves(&self) -> bool {
         self.packet_width() == 8
     }

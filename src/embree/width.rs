@@ -1,5 +1,6 @@
 //! Packets of 8 and 16 in the widths for which Embree has kernels. Where it has them for 8 rays but not for 16, as with AVX and
-//! AVX2, it would take a packet of 16 apart, ray by ray; it is given two halves instead.
+//! AVX2, Embree 4 would take a packet of 16 apart, ray by ray; it is given two halves instead. Embree 3 makes the halves itself,
+//! at the same speed.
 
 use super::coherence::Coherence;
 use super::compat::{self, Query};
