@@ -370,7 +370,8 @@ fn products_with_glossy_lobes_are_drawn_by_their_density() {
         for (name, model) in &glossy(alpha) {
             let (bsdf, vertex) = (model.at(COLORS), Vertex::seen_at(cos, &mut rng));
             let lobe = vertex.lobe(&bsdf);
-            let other = GlossyLobe { alpha: 0.6 * alpha, ..lobe };
+            // of metal the width is seen, of a coat how much it reflects
+            let other = GlossyLobe { alpha: 0.6 * alpha, specular: 4.0 * lobe.specular, ..lobe };
             let (guide, other) = (vertex.product(&lobe), vertex.product(&other));
             let lobes = GuidedLobes::of(&bsdf, vertex.wo, GuidedBy::GlossyProduct);
             let by = |guide| Mixture::new(&bsdf, Some(guide), 0.3, lobes);
