@@ -19,13 +19,14 @@ const USUAL_NODES: usize = 4;
 #[derive(Clone, Debug)]
 pub struct HemisphereTree {
     shape: TreeShape,
-    centres: CellCentres,
+    /// Boxed, so that models are small.
+    centres: Box<CellCentres>,
 }
 
 impl HemisphereTree {
     /// LearntTree are cut that hold more than `share` of a region's irradiance and were visited at least `visits` times.
     pub fn new(share: f32, visits: f32) -> HemisphereTree {
-        HemisphereTree { shape: TreeShape::new(share, visits), centres: CellCentres::new() }
+        HemisphereTree { shape: TreeShape::new(share, visits), centres: Box::new(CellCentres::new()) }
     }
 }
 
