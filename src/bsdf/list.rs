@@ -135,6 +135,11 @@ macro_rules! bsdfs {
             }
 
             #[inline(always)]
+            fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+                dispatch!(BsdfKind, self, [$($($Kind)+)*], b => b.gloss(wo))
+            }
+
+            #[inline(always)]
             fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
                 dispatch!(BsdfKind, self, [$($($Kind)+)*], b => b.diffuse_albedo(wo))
             }

@@ -96,6 +96,22 @@ impl BsdfSample {
     }
 }
 
+/// What there is beside sharper lobes, seen from a direction: one reflection by microfacets over a diffuse base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Gloss {
+    /// Roughness α of the facets.
+    pub alpha: f32,
+    /// Albedos (luminance) of the reflection and of the base, as of [`Bsdf::albedo`].
+    pub specular: f32,
+    pub diffuse: f32,
+}
+
+impl Gloss {
+    fn new(alpha: f32, specular: Rgb, diffuse: Rgb) -> Option<Gloss> {
+        Some(Gloss { alpha, specular: luminance(specular), diffuse: luminance(diffuse) })
+    }
+}
+
 /// What every kind of scattering answers; contracts as in [`Bsdf`]. Opaque kinds scatter only above the horizon.
 pub(crate) trait Scatter {
     /// Whether any lobe is smooth.
@@ -119,6 +135,10 @@ pub(crate) trait Scatter {
 
     fn diffuse_albedo(&self, _wo: Vec3) -> Rgb {
         Rgb::ZERO
+    }
+
+    fn gloss(&self, _wo: Vec3) -> Option<Gloss> {
+        None
     }
 }
 

@@ -1,7 +1,7 @@
 //! A BSDF at one point of a surface, whatever it is.
 
 use super::diffuse::Diffuse;
-use super::{BsdfKind, BsdfModel, BsdfSample, Scatter, mirrored};
+use super::{BsdfKind, BsdfModel, BsdfSample, Gloss, Scatter, mirrored};
 use crate::math::Rgb;
 use glam::Vec3;
 
@@ -150,6 +150,16 @@ impl<'s> Bsdf<'s> {
         albedo.clamp(Rgb::ZERO, Rgb::ONE)
     }
 
+    /// The reflection by microfacets that a surface of metal, coated plastic or the principled model has over its diffuse base; `None`
+    /// for other kinds, about another normal than the shading frame's, and on the side that scatters nothing.
+    #[inline]
+    pub(crate) fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+        if self.normal.is_some() || self.model.is_diffuse() {
+            return None;
+        }
+        self.gloss_other(if self.turned(wo) { mirrored(wo) } else { wo })
+    }
+
     /// Lowest roughness alpha of the smooth lobes, at most 1; 1 for diffuse kinds, 0 without smooth lobes.
     #[inline]
     pub fn roughness(&self) -> f32 {
@@ -197,6 +207,11 @@ impl<'s> Bsdf<'s> {
     #[inline(never)]
     fn eval_pdf_rough_other(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
         self.kind().eval_pdf_rough(wo, wi, alpha)
+    }
+
+    #[inline(never)]
+    fn gloss_other(&self, wo: Vec3) -> Option<Gloss> {
+        self.kind().gloss(wo).filter(|_| wo.z > 0.0)
     }
 
     #[inline(never)]

@@ -12,7 +12,7 @@ use super::microfacet::MicrofacetDistribution::Ggx;
 use super::model::{BsdfParameters, Prepared, out_of_domain};
 use super::multiple_scattering::{Loss, LossTable};
 use super::rough_conductor::{reflection_pdf, sample_reflection};
-use super::{BLACK, BsdfSample, BsdfTables, Model, Scatter, fresnel};
+use super::{BLACK, BsdfSample, BsdfTables, Gloss, Model, Scatter, fresnel};
 use crate::Result;
 use crate::document::{Key, UNIT, key};
 use crate::fields::{FieldVisitor, Fields};
@@ -357,6 +357,10 @@ impl Scatter for Principled<'_> {
             pdf += choice.coat * coat.pdf(wo, m);
         }
         (value, pdf)
+    }
+
+    fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+        Gloss::new(self.lobes.facets.alpha(), self.fresnel(wo.z), self.diffuse_albedo(wo))
     }
 
     fn diffuse_albedo(&self, wo: Vec3) -> Rgb {

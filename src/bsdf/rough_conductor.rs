@@ -4,7 +4,7 @@ use super::conductor::Metal;
 use super::microfacet::Microfacet;
 use super::model::Prepared;
 use super::multiple_scattering::{Loss, LossTable};
-use super::{BLACK, BsdfSample, Scatter, choice, fresnel};
+use super::{BLACK, BsdfSample, Gloss, Scatter, choice, fresnel};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use glam::Vec3;
@@ -127,6 +127,11 @@ impl Scatter for RoughConductor<'_> {
 
     fn eval_pdf_rough(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
         if self.roughness() < alpha { self.eval_pdf_multiple(wo, wi) } else { self.eval_pdf(wo, wi) }
+    }
+
+    fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+        let (single, multiple) = self.albedos(wo);
+        Gloss::new(self.roughness(), single, multiple)
     }
 
     fn diffuse_albedo(&self, wo: Vec3) -> Rgb {

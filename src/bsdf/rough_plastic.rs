@@ -4,7 +4,7 @@ use super::coat::CoatTable;
 use super::model::Prepared;
 use super::plastic::base_under_coat;
 use super::rough_conductor::{reflection_pdf, sample_reflection};
-use super::{BLACK, BsdfSample, Scatter, choice, fresnel};
+use super::{BLACK, BsdfSample, Gloss, Scatter, choice, fresnel};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use glam::Vec3;
@@ -113,6 +113,11 @@ impl Scatter for RoughPlastic<'_> {
 
     fn eval_pdf_rough(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
         if self.roughness() < alpha { self.eval_pdf_base(wo, wi) } else { self.eval_pdf(wo, wi) }
+    }
+
+    fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+        let (coat, base) = self.albedos(wo);
+        Gloss::new(self.roughness(), coat, base)
     }
 
     fn diffuse_albedo(&self, wo: Vec3) -> Rgb {

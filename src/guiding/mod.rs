@@ -31,7 +31,7 @@ mod update_job;
 
 pub(crate) use diagnostics::{GuideStats, HistogramBin, StateView};
 pub(crate) use directional::hemitree::Node;
-pub(crate) use directional::{GuideLanes, GuidingDistribution};
+pub(crate) use directional::{GlossyLobe, GuideLanes, GuidingDistribution};
 pub use guide::Guide;
 pub use hue::Hue;
 pub use packed_direction::PackedDirection;

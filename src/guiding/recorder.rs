@@ -32,7 +32,8 @@ pub struct Transition {
     pub pdf: f32,
     pub bsdf_pdf: f32,
     pub guide_pdf: f32,
-    /// Luminance of f·|cosθ|, divided by the albedo.
+    /// Luminance of f·|cosθ|, divided by the albedo. Where it is negative, its amount says how much the direction brought, and
+    /// nothing of the region's irradiance.
     pub scattered: f32,
     /// Rays that the rest of the path took, 65535 at most.
     pub rays: u16,

@@ -34,7 +34,7 @@ impl<L> Region<L> {
         self.met = true;
         self.returns.add(transition);
         let Transition { target, scattered, pdf, bsdf_pdf, guide_pdf, .. } = *transition;
-        self.fraction.learn(target * scattered / pdf, bsdf_pdf, guide_pdf, origin);
+        self.fraction.learn(target * scattered.abs() / pdf, bsdf_pdf, guide_pdf, origin);
     }
 
     /// Leaves earlier visits a share of their weight.
@@ -91,7 +91,7 @@ impl ReturnMoments {
     fn add(&mut self, transition: &Transition) {
         let estimate = transition.target * transition.scattered / transition.pdf;
         // one whose square is beyond an `f32` would be all that is ever known
-        if transition.scattered == 0.0 || !(estimate * estimate).is_finite() {
+        if transition.scattered <= 0.0 || !(estimate * estimate).is_finite() {
             return;
         }
         self.weight += 1.0;

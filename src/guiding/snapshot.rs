@@ -1,10 +1,11 @@
 //! The frozen guide: what sampling and pdf read during an iteration, and nothing changes.
 
 use super::directional::hemitree::Node;
-use super::directional::{DirectionalModel, InFrame, Model, Normals, SamplingOptions};
+use super::directional::{DirectionalModel, GlossyLobe, InFrame, Model, Normals, SamplingOptions};
 use super::hue::Hue;
 use super::region::Region;
 use super::region_index::RegionIndex;
+use super::settings::GuideSampling;
 use super::spatial::{Partition, RegionId, RegionLookup, SpatialPartition};
 use super::store::RegionStore;
 use crate::math::luminance;
@@ -150,6 +151,16 @@ impl<S: SpatialPartition, D: DirectionalModel> Snapshot<S, D> {
     #[inline(always)]
     pub fn tree(&self, info: &RegionInfo, n: Vec3) -> Option<(Vec3, &[Node])> {
         Some((info.about(n), self.model.tree(&self.pool, info.range())?))
+    }
+
+    /// Where to go on at a point with the normal `n` of a surface that is glossy: the product of both. `None` where the model knows no
+    /// such product, or radiance alone is to be drawn by.
+    #[inline]
+    pub fn product(&self, info: &RegionInfo, n: Vec3, lobe: &GlossyLobe) -> Option<InFrame<D::Directions<'_>>> {
+        if self.options.sampling == GuideSampling::Q {
+            return None;
+        }
+        self.model.product(&self.pool, info.range(), info.about(n), lobe)
     }
 
     pub(super) fn smoothing(&self) -> f32 {

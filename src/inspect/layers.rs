@@ -3,7 +3,7 @@
 use super::PixelVertex;
 use crate::guiding::{Guide, RegionId};
 use crate::image::{Image, Layer};
-use crate::integrator::mixture::GuidedLobes;
+use crate::integrator::mixture::{GuidedBy, GuidedLobes, glossy_product};
 use crate::math::Rgb;
 use crate::math::rng::mix;
 use crate::scene::Scene;
@@ -56,8 +56,12 @@ impl Pixel {
         let Some(seen) = PixelVertex::through(scene, x, y) else { return Pixel::default() };
         let Some(key) = seen.state(guide) else { return Pixel::default() };
         let Some(visits) = guide.visits(key) else { return Pixel::default() };
-        let share = GuidedLobes::of(&seen.bsdf, seen.si.frame.to_local(seen.wo), false).share();
-        let fraction = guide.field().summary(key).map_or(0.0, |summary| share * (1.0 - summary.bsdf_fraction));
+        let (field, wo) = (guide.field(), seen.si.frame.to_local(seen.wo));
+        let fraction = field.summary(key).map_or(0.0, |summary| {
+            let glossy = glossy_product((field, summary), &seen.bsdf, wo, (&seen.si.frame, seen.normal()));
+            let lobes = glossy.map_or_else(|| GuidedLobes::of(&seen.bsdf, wo, GuidedBy::Radiance), |(lobes, _)| lobes);
+            lobes.share() * (1.0 - summary.bsdf_fraction)
+        });
         Pixel { fraction, visits, state: Some(key) }
     }
 }

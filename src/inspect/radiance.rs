@@ -3,7 +3,7 @@
 use super::PixelVertex;
 use crate::geometry::Ray;
 use crate::guiding::{Guide, StateView};
-use crate::integrator::mixture::{GuidedLobes, Mixture};
+use crate::integrator::mixture::{GuidedBy, GuidedLobes, Mixture, glossy_product};
 use crate::integrator::path::Start;
 use crate::integrator::sampler::PathKey;
 use crate::integrator::{Batch, IntegratorSettings, PathIntegrator};
@@ -72,9 +72,15 @@ impl Radiance {
         let view = seen.state(guide).and_then(|key| guide.view(key));
         let normal = view.as_ref().and_then(StateView::normal).unwrap_or(seen.normal());
         let summary = seen.state(guide).and_then(|key| guide.field().summary(key));
-        let lobes = GuidedLobes::of(&seen.bsdf, seen.si.frame.to_local(seen.wo), false);
+        let (field, wo) = (guide.field(), seen.si.frame.to_local(seen.wo));
+        let glossy = summary
+            .and_then(|summary| glossy_product((field, summary), &seen.bsdf, wo, (&seen.si.frame, seen.normal())));
+        let (lobes, product) = match glossy {
+            Some((lobes, product)) => (lobes, Some(product)),
+            None => (GuidedLobes::of(&seen.bsdf, wo, GuidedBy::Radiance), None),
+        };
         let summary = summary.filter(|_| lobes.share() > 0.0);
-        let distribution = summary.map(|summary| guide.field().distribution(summary, seen.normal()));
+        let distribution = product.or_else(|| summary.map(|summary| field.distribution(summary, seen.normal())));
         let fraction = summary.map_or(1.0, |summary| summary.bsdf_fraction);
         let tracer = Tracer {
             integrator: PathIntegrator::plain(scene, settings, seed),

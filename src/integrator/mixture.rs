@@ -5,11 +5,11 @@
 //!
 //! Next-event estimation asks the same `pdf` that `sample` draws from, so its weights are exact.
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Gloss};
 use crate::geometry::SurfaceInteraction;
-use crate::guiding::GuidingDistribution;
+use crate::guiding::{Field, GlossyLobe, GuidingDistribution, RegionInfo};
 use crate::integrator::sampler::DirectionNumbers;
-use crate::math::Rgb;
+use crate::math::{Frame, Rgb};
 use glam::Vec3;
 
 /// Lobes of less roughness than this are left to the BSDF's own sampling: strata are too wide for them.
@@ -18,8 +18,22 @@ const MIN_GUIDED_ROUGHNESS: f32 = 0.3;
 /// With the product of guide and BSDF, down to about the width of a tree's smallest cells.
 const MIN_PRODUCT_ROUGHNESS: f32 = 0.05;
 
+/// With the product along the drawn path, down to about the width of the cells at which it ends.
+const MIN_GLOSSY_ROUGHNESS: f32 = 0.08;
+
 /// The largest number below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// What a guide's directions are drawn in proportion to, where it stands in for lobes of a BSDF.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GuidedBy {
+    /// Radiance and cosine, or radiance alone.
+    Radiance,
+    /// The product with a glossy reflection, along the path that is drawn.
+    GlossyProduct,
+    /// The product with the BSDF itself, in every cell.
+    FullProduct,
+}
 
 /// The lobes of a BSDF for which a guide may stand in: those of at least a certain roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,11 +48,14 @@ impl GuidedLobes {
     /// All lobes, of Lambert's law for example.
     pub(crate) const ALL: GuidedLobes = GuidedLobes { alpha: 0.0, sharp: 0.0 };
 
-    /// Of a BSDF seen from `wo` (shading frame). `product`: directions are drawn from the product of guide and BSDF, which
-    /// helps sharper lobes too.
+    /// Of a BSDF seen from `wo` (shading frame). Products help sharper lobes too.
     #[inline]
-    pub(crate) fn of(bsdf: &Bsdf, wo: Vec3, product: bool) -> GuidedLobes {
-        let alpha = if product { MIN_PRODUCT_ROUGHNESS } else { MIN_GUIDED_ROUGHNESS };
+    pub(crate) fn of(bsdf: &Bsdf, wo: Vec3, by: GuidedBy) -> GuidedLobes {
+        let alpha = match by {
+            GuidedBy::Radiance => MIN_GUIDED_ROUGHNESS,
+            GuidedBy::GlossyProduct => MIN_GLOSSY_ROUGHNESS,
+            GuidedBy::FullProduct => MIN_PRODUCT_ROUGHNESS,
+        };
         GuidedLobes { alpha, sharp: bsdf.sharp_probability(wo, alpha) }
     }
 
@@ -60,6 +77,25 @@ impl GuidedLobes {
     pub(crate) fn eval_pdf(&self, bsdf: &Bsdf, wo: Vec3, wi: Vec3, whole: (Rgb, f32)) -> (Rgb, f32) {
         if self.sharp == 0.0 { whole } else { bsdf.eval_pdf_rough(wo, wi, self.alpha) }
     }
+}
+
+/// The product of what is known of a region with the glossy reflection of a surface with this shading frame, seen from `wo` in it,
+/// and the lobes that it stands in for; `n` is the surface's normal on the side of `wo`. `None` where the guide does as well
+/// without: where facets are so rough that it stands in for them by itself, or so sharp that the BSDF does, and where the base
+/// reflects more than they do; and where the guide knows no such product.
+#[inline]
+pub(crate) fn glossy_product<'f>(
+    (field, region): (Field<'f>, &RegionInfo),
+    bsdf: &Bsdf,
+    wo: Vec3,
+    (frame, n): (&Frame, Vec3),
+) -> Option<(GuidedLobes, GuidingDistribution<'f>)> {
+    let Gloss { alpha, specular, diffuse } = bsdf.gloss(wo)?;
+    if !(MIN_GLOSSY_ROUGHNESS..MIN_GUIDED_ROUGHNESS).contains(&alpha) || specular <= diffuse {
+        return None;
+    }
+    let lobe = GlossyLobe { wo: frame.to_world(wo), n, alpha, specular, diffuse };
+    Some((GuidedLobes::of(bsdf, wo, GuidedBy::GlossyProduct), field.product(region, n, &lobe)?))
 }
 
 /// How directions are chosen at one vertex.

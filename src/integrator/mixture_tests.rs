@@ -161,7 +161,7 @@ impl Vertex {
     }
 
     fn mixture<'a>(&self, bsdf: &'a Bsdf<'a>, guide: &'a GuidingDistribution<'a>, fraction: f32) -> Mixture<'a> {
-        let lobes = GuidedLobes::of(bsdf, self.wo, false);
+        let lobes = GuidedLobes::of(bsdf, self.wo, GuidedBy::Radiance);
         Mixture::new(bsdf, Some(guide).filter(|_| lobes.share() > 0.0), fraction, lobes)
     }
 
@@ -310,7 +310,7 @@ fn what_a_product_helps_is_drawn_by_its_density_too() {
     let level = sidak(LEVEL, models.len());
     for (name, model) in &models {
         let (bsdf, vertex) = (model.at(COLORS), Vertex::random(DirectionTable::Tree, &mut rng));
-        let lobes = GuidedLobes::of(&bsdf, vertex.wo, true);
+        let lobes = GuidedLobes::of(&bsdf, vertex.wo, GuidedBy::FullProduct);
         assert_eq!(lobes.sharp() > 0.0, *name == "sharp coat", "{name}");
         let guide = vertex.guide().times(|w| {
             let wi = vertex.si.frame.to_local(w);
@@ -331,5 +331,78 @@ fn sharp_lobes_are_left_to_their_own_sampling() {
         let guide = vertex.guide();
         let mixture = vertex.mixture(&bsdf, &guide, 0.3);
         assert_eq!((mixture.guide.is_some(), mixture.bsdf_fraction), (guided, if guided { 0.3 } else { 1.0 }));
+    }
+}
+
+/// A surface of metal, plastic and the principled model, each with facets of the roughness α.
+fn glossy(alpha: f32) -> [(&'static str, BsdfModel); 3] {
+    [("metal", metal(alpha)), ("plastic", coated(alpha)), ("principled", principled(alpha.sqrt()))]
+}
+
+/// Roughnesses and cosines of views of glossy surfaces.
+const GLOSSY: [(f32, f32); 5] = [(0.08, 0.95), (0.08, 0.15), (0.15, 0.6), (0.25, 0.9), (0.29, 0.25)];
+
+impl Vertex {
+    /// Seen from a direction with the cosine `cos`.
+    fn seen_at(cos: f32, rng: &mut Rng) -> Vertex {
+        let mut vertex = Vertex::random(DirectionTable::Tree, rng);
+        let side = (1.0 - cos * cos).sqrt();
+        vertex.wo = Vec3::new(0.6 * side, -0.8 * side, cos);
+        vertex
+    }
+
+    /// The lobe of the surface, and its product with what the guide knows.
+    fn lobe(&self, bsdf: &Bsdf) -> GlossyLobe {
+        let Gloss { alpha, specular, diffuse } = bsdf.gloss(self.wo).unwrap();
+        GlossyLobe { wo: self.si.frame.to_world(self.wo), n: self.si.frame.n, alpha, specular, diffuse }
+    }
+
+    fn product(&self, lobe: &GlossyLobe) -> GuidingDistribution<'_> {
+        self.guide.field().product(&self.summary, self.si.frame.n, lobe).unwrap()
+    }
+}
+
+#[test]
+fn products_with_glossy_lobes_are_drawn_by_their_density() {
+    let mut rng = Rng::new(8);
+    let level = sidak(LEVEL, 2 * 3 * GLOSSY.len());
+    for (alpha, cos) in GLOSSY {
+        for (name, model) in &glossy(alpha) {
+            let (bsdf, vertex) = (model.at(COLORS), Vertex::seen_at(cos, &mut rng));
+            let lobe = vertex.lobe(&bsdf);
+            // of metal the width is seen, of a coat how much it reflects
+            let other = GlossyLobe { alpha: 0.6 * alpha, specular: 4.0 * lobe.specular, ..lobe };
+            let (guide, other) = (vertex.product(&lobe), vertex.product(&other));
+            let lobes = GuidedLobes::of(&bsdf, vertex.wo, GuidedBy::GlossyProduct);
+            let by = |guide| Mixture::new(&bsdf, Some(guide), 0.3, lobes);
+            let report = vertex.chi2(&by(&guide), &mut rng, |wi| wi);
+            assert!(report.passes(level), "{name} of {alpha}, seen at {cos}: {report}");
+            // what the guide draws by itself, on all of its hemisphere
+            let test = DirectionTest { samples: 60_000, ..DirectionTest::new(Domain::Sphere) };
+            let mut alone =
+                |pdf: &GuidingDistribution| test.run(|| Some(guide.sample(rng.f64(), rng.f32x2()).0), |wi| pdf.pdf(wi));
+            let (report, wrong) = (alone(&guide), alone(&other));
+            assert!(report.passes(level), "the guide for {name} of {alpha}, seen at {cos}: {report}");
+            assert!(!wrong.passes(1e-6), "{name} of {alpha}, seen at {cos}: another lobe, and unseen: {wrong}");
+        }
+    }
+}
+
+#[test]
+fn products_with_glossy_lobes_have_a_mass_of_one() {
+    // densities are constant in each of 64×64 cells of the hemisphere
+    let (mut rng, side) = (Rng::new(9), 64);
+    for (alpha, cos) in GLOSSY {
+        for (name, model) in &glossy(alpha) {
+            let (bsdf, vertex) = (model.at(COLORS), Vertex::seen_at(cos, &mut rng));
+            let guide = vertex.product(&vertex.lobe(&bsdf));
+            let centre = |k: u32| (k as f32 + 0.5) / side as f32;
+            let cells = (0..side * side).map(|k| [centre(k % side), centre(k / side)]);
+            let mass: f64 = cells
+                .map(|cell| guide.pdf(vertex.si.frame.to_world(warp::square_to_uniform_hemisphere(cell))) as f64)
+                .sum::<f64>()
+                * (std::f64::consts::TAU / (side * side) as f64);
+            assert!((mass - 1.0).abs() < 1e-5, "{name} of {alpha}, seen at {cos}: {mass}");
+        }
     }
 }

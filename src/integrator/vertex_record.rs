@@ -17,7 +17,8 @@ pub(crate) struct PathSegment {
     pub(crate) pdf: f32,
     pub(crate) bsdf_pdf: f32,
     pub(crate) guide_pdf: f32,
-    /// Luminance of f·|cosθ| over that of the albedo, of the guided lobes; 0 where there are none.
+    /// Luminance of f·|cosθ| over that of the albedo, of the guided lobes; 0 where there are none. Negative: of lobes that the guide
+    /// stands in for by a product only, and that say nothing of the irradiance.
     pub(crate) scattered: f32,
 }
 

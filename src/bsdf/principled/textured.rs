@@ -2,7 +2,7 @@
 
 use super::super::model::Prepared;
 use super::super::multiple_scattering::Loss;
-use super::super::{BsdfSample, Scatter};
+use super::super::{BsdfSample, Gloss, Scatter};
 use super::{Principled, PrincipledLobes, PrincipledModel};
 use crate::math::Rgb;
 use glam::Vec3;
@@ -61,6 +61,10 @@ impl Scatter for TexturedPrincipled<'_> {
 
     fn eval_pdf_rough(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
         self.principled().eval_pdf_rough(wo, wi, alpha)
+    }
+
+    fn gloss(&self, wo: Vec3) -> Option<Gloss> {
+        self.principled().gloss(wo)
     }
 
     fn diffuse_albedo(&self, wo: Vec3) -> Rgb {

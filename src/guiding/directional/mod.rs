@@ -5,6 +5,7 @@
 
 pub mod bins;
 mod distribution;
+mod glossy;
 mod guide_lanes;
 pub mod hemitree;
 mod model;
@@ -12,6 +13,7 @@ pub mod quadtree;
 mod weights;
 
 pub(crate) use distribution::{GuidingDistribution, InFrame};
+pub(crate) use glossy::GlossyLobe;
 pub(crate) use guide_lanes::GuideLanes;
 #[cfg(test)]
 pub(crate) use model::Learnt;
@@ -101,6 +103,19 @@ pub trait DirectionalModel: Clone + Send + Sync {
     /// Its nodes, where these are a hemisphere's tree: packets draw from such side by side.
     #[inline(always)]
     fn tree<'f>(&self, _pool: &'f Self::Pool, _range: Range<usize>) -> Option<&'f [Node]> {
+        None
+    }
+
+    /// The same directions, in the frame about `about`, times what a glossy surface reflects of them; `None` for models that know
+    /// no such product.
+    #[inline]
+    fn product<'f>(
+        &'f self,
+        _pool: &'f Self::Pool,
+        _range: Range<usize>,
+        _about: Vec3,
+        _lobe: &GlossyLobe,
+    ) -> Option<InFrame<Self::Directions<'f>>> {
         None
     }
 

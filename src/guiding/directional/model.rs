@@ -3,7 +3,7 @@
 use super::bins::{BinDirections, HemisphereBins, SphereBins};
 use super::hemitree::{HemisphereTree, Node, TreeDirections};
 use super::quadtree::{Quadtree, SphereQuadtree};
-use super::{DirectionalModel, Directions, Evaluator, InFrame, Normals, PROFILE, SamplingOptions, Totals};
+use super::{DirectionalModel, Directions, Evaluator, GlossyLobe, InFrame, Normals, PROFILE, SamplingOptions, Totals};
 use crate::guiding::recorder::Transition;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Rate};
 use crate::simd::Vec3Lanes;
@@ -186,6 +186,22 @@ macro_rules! models {
             fn tree<'f>(&self, pool: &'f Pool, range: Range<usize>) -> Option<&'f [Node]> {
                 match self {
                     $(Model::$name(model) => model.tree(&pool.$name, range)),*
+                }
+            }
+
+            #[inline(always)]
+            fn product<'f>(
+                &'f self,
+                pool: &'f Pool,
+                range: Range<usize>,
+                about: Vec3,
+                lobe: &GlossyLobe,
+            ) -> Option<InFrame<AnyDirections<'f>>> {
+                match self {
+                    $(Model::$name(model) => {
+                        let InFrame { frame, directions } = model.product(&pool.$name, range, about, lobe)?;
+                        Some(InFrame { frame, directions: AnyDirections::$name(directions) })
+                    })*
                 }
             }
 

@@ -6,7 +6,7 @@ use crate::geometry::surfaces::tests as surfaces;
 use crate::guiding::settings::DirectionTable;
 use crate::integrator::SamplerKind;
 use crate::integrator::mixture::tests::learnt;
-use crate::integrator::mixture::{DirectionSample, GuidedLobes, Mixture};
+use crate::integrator::mixture::{DirectionSample, GuidedBy, GuidedLobes, Mixture};
 use crate::integrator::sampler::{PathKey, PathKeys, Sampler};
 use crate::math::rng::Rng;
 use crate::math::warp;
@@ -95,7 +95,8 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
             };
             let (si, wo) = (packet.surfaces.get(k), packet.surfaces.wo_local(k));
             let guide = guides[k].0.field().distribution(&guides[k].1, packet.surfaces.facing_normal(k));
-            let mixture = Mixture::new(&bsdf, table(k).map(|_| &guide), 0.4, GuidedLobes::of(&bsdf, wo, false));
+            let mixture =
+                Mixture::new(&bsdf, table(k).map(|_| &guide), 0.4, GuidedLobes::of(&bsdf, wo, GuidedBy::Radiance));
             let (value, density) = mixture.eval_pdf(&si, wo, packet.lights.wi.get(k));
             assert!(f.get(k) == value && (value == Rgb::ZERO || pdf[k] == density), "towards a light");
             assert_eq!(albedo.get(k), bsdf.albedo(wo));

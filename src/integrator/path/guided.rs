@@ -8,7 +8,7 @@ use crate::guiding::settings::GuideSampling;
 use crate::guiding::{PackedDirection, RegionId, RegionInfo, RegionLookup};
 use crate::integrator::Roulette;
 use crate::integrator::backward_pass::BootstrapValue;
-use crate::integrator::mixture::DirectionSample;
+use crate::integrator::mixture::{DirectionSample, GuidedBy, GuidedLobes, glossy_product};
 use crate::integrator::roulette::{MAX_SURVIVAL, Moments, RouletteNormalisation};
 use crate::integrator::vertex_record::{PathSegment, VertexRecordLanes};
 use crate::math::{Rgb, luminance};
@@ -33,7 +33,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
     /// Asks the guide about the vertices of a packet: first where all of them are in its memory, then what is there.
     pub(super) fn ask_the_guide(&mut self, guide: GuideUse<'a>, packet: &mut Packet<'a>, depth: u32) {
         packet.guided = [None; LANES];
-        packet.find_guided_lobes(self.product());
+        packet.find_guided_lobes();
         let mut normals = Vec3Lanes::ZERO;
         packet.surfaces.facing_normals(&mut normals);
         let keys = guide.field.locate_lanes(packet.smooth(), packet.surfaces.places(), &normals, self.jitter);
@@ -72,30 +72,37 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         if packet.rough().has(k) {
             packet.set_moments(k, Moments::of(summary));
         }
-        if packet.lobes(k).share() == 0.0 {
+        if bsdf.lambertian().is_none() && self.take_product(guide, packet, k, n, &bsdf)
+            || packet.lobes(k).share() == 0.0
+        {
             return;
         }
-        let product = self.product() && bsdf.lambertian().is_none();
-        match guide.field.tree(summary, n).filter(|_| !product) {
+        match guide.field.tree(summary, n) {
             Some(tree) => packet.set_tree_guide(k, tree, summary.bsdf_fraction),
-            None => self.take_others(guide, packet, k, n, product.then_some(&bsdf)),
+            None => packet.set_guide(k, guide.field.distribution(summary, n), summary.bsdf_fraction),
         }
     }
 
-    /// The same where they are no tree, or its product with the BSDF.
+    /// The same from a product with the BSDF; whether there is one.
     #[inline(never)]
-    fn take_others(&self, guide: GuideUse<'a>, packet: &mut Packet<'a>, k: usize, n: Vec3, product: Option<&Bsdf>) {
-        let Some(summary) = packet.guided[k].and_then(|guided| guided.summary) else { return };
-        let mut directions = guide.field.distribution(summary, n);
-        if let Some(bsdf) = product {
-            let (frame, wo, lobes) = (packet.surfaces.get(k).frame, packet.surfaces.wo_local(k), packet.lobes(k));
-            directions = directions.times(|w| {
-                let wi = frame.to_local(w);
-                let (f, _) = lobes.eval_pdf(bsdf, wo, wi, bsdf.eval_pdf(wo, wi));
-                luminance(f) / wi.z.abs().max(MIN_COSINE)
-            });
-        }
-        packet.set_guide(k, directions, summary.bsdf_fraction);
+    fn take_product(&self, guide: GuideUse<'a>, packet: &mut Packet<'a>, k: usize, n: Vec3, bsdf: &Bsdf) -> bool {
+        let Some(summary) = packet.guided[k].and_then(|guided| guided.summary) else { return false };
+        let (frame, wo) = (packet.surfaces.get(k).frame, packet.surfaces.wo_local(k));
+        let product = match guide.settings.sampling {
+            GuideSampling::Product => {
+                let lobes = GuidedLobes::of(bsdf, wo, GuidedBy::FullProduct);
+                let value = |w| {
+                    let wi = frame.to_local(w);
+                    let (f, _) = lobes.eval_pdf(bsdf, wo, wi, bsdf.eval_pdf(wo, wi));
+                    luminance(f) / wi.z.abs().max(MIN_COSINE)
+                };
+                (lobes.share() > 0.0).then(|| (lobes, guide.field.distribution(summary, n).times(value)))
+            }
+            _ => glossy_product((guide.field, summary), bsdf, wo, (&frame, n)),
+        };
+        let Some((lobes, directions)) = product else { return false };
+        packet.set_product(k, lobes, directions, summary.bsdf_fraction);
+        true
     }
 
     /// Keeps what the table expects of going on from a vertex that is kept for learning.
@@ -134,12 +141,6 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         let wi = packet.surfaces.get(k).frame.to_local(next.wi);
         let (diffuse, _) = bsdf.eval_pdf_rough(wo, wi, DIFFUSE);
         (next.weight - diffuse * (share / pdf.mixture)).max(Rgb::ZERO)
-    }
-
-    /// Whether directions are drawn from the product of guide and BSDF.
-    #[inline]
-    pub(super) fn product(&self) -> bool {
-        self.integrator.guide.is_some_and(|guide| guide.settings.sampling == GuideSampling::Product)
     }
 
     /// Expected numbers of paths that go on, where surfaces reflect `albedo` and `analog` of the light would be left. The
@@ -220,14 +221,21 @@ pub(super) fn edge(packet: &Packet, k: usize, next: &DirectionSample, albedo: f3
         pdf: pdf.mixture,
         bsdf_pdf: pdf.bsdf,
         guide_pdf: pdf.guide,
-        scattered: if packet.rough().has(k) { scattered_roughly(packet, k, next, pdf.mixture, albedo) } else { 0.0 },
+        scattered: if packet.rough().has(k) {
+            scattered_by(packet.lobes(k), packet, k, next, pdf.mixture, albedo)
+        } else if packet.products().has(k) {
+            // the sign says that only the share is to be learnt of it
+            -scattered_by(packet.drawn_lobes(k), packet, k, next, pdf.mixture, albedo)
+        } else {
+            0.0
+        },
     })
 }
 
 /// Luminance of f·|cosθ| of the guided lobes over that of their albedo.
 #[inline]
-fn scattered_roughly(packet: &Packet, k: usize, next: &DirectionSample, pdf: f32, albedo: f32) -> f32 {
-    let (lobes, bsdf) = (packet.lobes(k), packet.bsdfs.get(k).filter(|bsdf| bsdf.lambertian().is_none()));
+fn scattered_by(lobes: GuidedLobes, packet: &Packet, k: usize, next: &DirectionSample, pdf: f32, albedo: f32) -> f32 {
+    let bsdf = packet.bsdfs.get(k).filter(|bsdf| bsdf.lambertian().is_none());
     let Some(bsdf) = bsdf.filter(|_| lobes.sharp() > 0.0) else { return scattered(next.weight, pdf, albedo) };
     let wi = packet.surfaces.get(k).frame.to_local(next.wi);
     let (f, _) = lobes.eval_pdf(&bsdf, packet.surfaces.wo_local(k), wi, (next.weight * pdf, pdf));

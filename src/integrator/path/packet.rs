@@ -4,7 +4,7 @@ use super::guided::Guided;
 use crate::bsdf::BsdfLanes;
 use crate::geometry::Surfaces;
 use crate::guiding::{GuideLanes, GuidingDistribution, Hue, Node};
-use crate::integrator::mixture::{Densities, GuidedLobes, Mixture};
+use crate::integrator::mixture::{Densities, GuidedBy, GuidedLobes, Mixture};
 use crate::integrator::roulette::Moments;
 use crate::integrator::sampler::PathKeys;
 use crate::light::LightSamples;
@@ -23,8 +23,11 @@ pub(super) struct Packet<'a> {
     pub(crate) guided: [Option<Guided<'a>>; LANES],
     /// Of surfaces of other kinds than Lambert's: for which lobes the guide may stand in.
     lobes: [GuidedLobes; LANES],
-    /// Where what comes back by these lobes says something of the irradiance.
+    /// Where there are any.
     rough: Mask,
+    /// Where directions are drawn from a product of guide and BSDF, and for which lobes.
+    products: Mask,
+    product_lobes: [GuidedLobes; LANES],
     /// Where the guide can help: its directions, where these are no tree, and the share that the BSDF keeps.
     led: Mask,
     directions: [Option<GuidingDistribution<'a>>; LANES],
@@ -54,6 +57,8 @@ impl<'a> Packet<'a> {
             guided: [None; LANES],
             lobes: [GuidedLobes::ALL; LANES],
             rough: Mask::NONE,
+            products: Mask::NONE,
+            product_lobes: [GuidedLobes::ALL; LANES],
             led: Mask::NONE,
             directions: [const { None }; LANES],
             bsdf_fraction: [1.0; LANES],
@@ -134,26 +139,48 @@ impl<'a> Packet<'a> {
         }
     }
 
-    /// Finds for which lobes a guide may stand in. `product`: its directions are drawn from its product with the BSDF.
+    /// Finds for which lobes a guide may stand in.
     #[inline(always)]
-    pub(crate) fn find_guided_lobes(&mut self, product: bool) {
-        self.rough = self.bsdfs.diffuse().are();
+    pub(crate) fn find_guided_lobes(&mut self) {
+        (self.rough, self.products) = (self.bsdfs.diffuse().are(), Mask::NONE);
         for k in each(self.bsdfs.are() & !self.rough) {
             let (Some(bsdf), wo) = (self.bsdfs.get(k), self.surfaces.wo_local(k)) else { continue };
-            self.lobes[k] = GuidedLobes::of(&bsdf, wo, product);
-            // a product helps lobes that are too sharp to say anything of the irradiance
-            let rough = if product { GuidedLobes::of(&bsdf, wo, false) } else { self.lobes[k] };
-            self.rough.set(k, rough.share() > 0.0 && rough.share() == self.lobes[k].share());
+            self.lobes[k] = GuidedLobes::of(&bsdf, wo, GuidedBy::Radiance);
+            self.rough.set(k, self.lobes[k].share() > 0.0);
         }
     }
 
-    /// For which lobes of vertex `k` a guide may stand in.
+    /// For which lobes of vertex `k` a guide may stand in by itself. What comes back by these says something of the irradiance.
     #[inline(always)]
     pub(crate) fn lobes(&self, k: usize) -> GuidedLobes {
         if self.bsdfs.diffuse().are().has(k) { GuidedLobes::ALL } else { self.lobes[k] }
     }
 
-    /// Where there are such lobes, all of them so rough that what comes back by them says something of the irradiance.
+    /// For which lobes of vertex `k` the guide draws, if it does.
+    #[inline(always)]
+    pub(crate) fn drawn_lobes(&self, k: usize) -> GuidedLobes {
+        if self.products.has(k) { self.product_lobes[k] } else { self.lobes(k) }
+    }
+
+    /// The same where they are drawn from a product with the BSDF, which stands in for `lobes`.
+    pub(crate) fn set_product(
+        &mut self,
+        k: usize,
+        lobes: GuidedLobes,
+        directions: GuidingDistribution<'a>,
+        bsdf_fraction: f32,
+    ) {
+        self.products.set(k, true);
+        self.product_lobes[k] = lobes;
+        self.set_guide(k, directions, bsdf_fraction);
+    }
+
+    /// Where there are such products.
+    pub(crate) fn products(&self) -> Mask {
+        self.products
+    }
+
+    /// Where there are such lobes.
     #[inline(always)]
     pub(crate) fn rough(&self) -> Mask {
         self.rough
@@ -229,7 +256,7 @@ impl<'a> Packet<'a> {
     pub(crate) fn with_mixture<R>(&self, k: usize, use_it: impl FnOnce(&Mixture) -> R) -> Option<R> {
         let (bsdf, tree) = (self.bsdfs.get(k)?, self.trees.get(k));
         let guide = tree.as_ref().or(self.directions[k].as_ref()).filter(|_| self.led.has(k));
-        Some(use_it(&Mixture::new(&bsdf, guide, self.bsdf_fraction[k], self.lobes(k))))
+        Some(use_it(&Mixture::new(&bsdf, guide, self.bsdf_fraction[k], self.drawn_lobes(k))))
     }
 
     /// Where directions are drawn by Lambert's law, alone or with a tree: both are known side by side.

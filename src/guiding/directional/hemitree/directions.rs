@@ -1,6 +1,7 @@
 //! Drawing from a tree, or from its product with a BSDF.
 
 use super::leaf_index::{LeafIndex, leaves};
+use super::product::TreeProduct;
 use super::{Node, pdf, sample};
 use crate::guiding::directional::Directions;
 use crate::guiding::directional::weights::{self, Product};
@@ -9,6 +10,8 @@ use glam::Vec3;
 #[derive(Clone, Debug)]
 pub enum TreeDirections<'f> {
     Nodes(&'f [Node]),
+    /// Times a glossy reflection.
+    Product(TreeProduct<'f>),
     /// Boxed, so that directions without are small.
     Weighed(Box<WeighedLeaves<'f>>),
 }
@@ -28,6 +31,7 @@ impl Directions for TreeDirections<'_> {
         match self {
             // the default's, in place; the product's by a call
             TreeDirections::Nodes(nodes) => sample(nodes, u, inside),
+            TreeDirections::Product(product) => product.sample(u, inside),
             TreeDirections::Weighed(leaves) => leaves.sample(u, inside),
         }
     }
@@ -36,6 +40,7 @@ impl Directions for TreeDirections<'_> {
     fn pdf(&self, local: Vec3) -> f32 {
         match self {
             TreeDirections::Nodes(nodes) => pdf(nodes, local),
+            TreeDirections::Product(product) => product.pdf(local),
             TreeDirections::Weighed(leaves) => leaves.pdf(local),
         }
     }
@@ -44,6 +49,7 @@ impl Directions for TreeDirections<'_> {
         let mut product = Product::with(value);
         let (nodes, index) = match self {
             TreeDirections::Nodes(nodes) => (*nodes, LeafIndex::new(nodes)),
+            TreeDirections::Product(tree) => (tree.nodes(), LeafIndex::new(tree.nodes())),
             TreeDirections::Weighed(tree) => (tree.nodes, tree.leaves.clone()),
         };
         leaves(nodes, &mut |weight, at| product.add(weight, at));

@@ -8,6 +8,7 @@ mod lanes;
 mod leaf_index;
 mod learnt;
 mod model;
+mod product;
 mod shape;
 mod square;
 
@@ -19,6 +20,7 @@ pub(crate) use shape::TreeShape;
 
 use super::Entry;
 use crate::math::warp;
+use crate::simd::Lanes;
 use glam::Vec3;
 use square::{SquareCell, cell_at, cells_of};
 use std::f32::consts::TAU;
@@ -44,6 +46,16 @@ pub struct Node {
 }
 
 impl Node {
+    /// The cells' parts of the unit interval, in units of 1/`WHOLE`.
+    #[inline(always)]
+    fn shares(&self) -> Lanes {
+        let mut starts = [WHOLE as f32; FAN + 1];
+        for k in 0..FAN {
+            starts[k] = self.starts[k] as f32;
+        }
+        std::array::from_fn(|k| starts[k + 1] - starts[k])
+    }
+
     /// The cell's part of the unit interval. The first begins with it, and the last ends with it.
     #[inline(always)]
     fn range(&self, k: usize) -> (u32, u32) {

@@ -1,12 +1,16 @@
 //! The tree as a directional model: in the frame about the region's normal.
 
+use super::product::{CellCentres, TreeProduct};
 use super::square::{CellCoords, coordinates_of};
 use super::{LearntTree, Node, TreeDirections, TreeShape, bytes_per_node};
-use crate::guiding::directional::{DirectionalModel, Evaluator, InFrame, Normals, PROFILE, SamplingOptions, Totals};
+use crate::guiding::directional::{
+    DirectionalModel, Evaluator, GlossyLobe, InFrame, Normals, PROFILE, SamplingOptions, Totals,
+};
 use crate::guiding::recorder::Transition;
 use crate::guiding::settings::Rate;
 use crate::math::Frame;
 use crate::simd::Vec3Lanes;
+use glam::Vec3;
 use std::ops::Range;
 
 /// Nodes of most trees.
@@ -15,12 +19,14 @@ const USUAL_NODES: usize = 4;
 #[derive(Clone, Debug)]
 pub struct HemisphereTree {
     shape: TreeShape,
+    /// Boxed, so that models are small.
+    centres: Box<CellCentres>,
 }
 
 impl HemisphereTree {
     /// LearntTree are cut that hold more than `share` of a region's irradiance and were visited at least `visits` times.
     pub fn new(share: f32, visits: f32) -> HemisphereTree {
-        HemisphereTree { shape: TreeShape::new(share, visits) }
+        HemisphereTree { shape: TreeShape::new(share, visits), centres: Box::new(CellCentres::new()) }
     }
 }
 
@@ -95,6 +101,18 @@ impl DirectionalModel for HemisphereTree {
     #[inline(always)]
     fn tree<'f>(&self, pool: &'f Vec<Node>, range: Range<usize>) -> Option<&'f [Node]> {
         Some(&pool[range])
+    }
+
+    fn product<'f>(
+        &'f self,
+        pool: &'f Vec<Node>,
+        range: Range<usize>,
+        about: Vec3,
+        lobe: &GlossyLobe,
+    ) -> Option<InFrame<TreeDirections<'f>>> {
+        let frame = Frame::from_normal(about);
+        let product = TreeProduct::new(&pool[range], &self.centres, lobe.in_frame(&frame));
+        Some(InFrame { frame, directions: TreeDirections::Product(product) })
     }
 
     fn evaluator<'l>(&'l self, learnt: &'l LearntTree, _smoothing: f32) -> Evaluator<'l> {
