@@ -47,7 +47,7 @@ const INTERPOLATIONS: &[(&str, Interpolation)] =
 
 /// Keys at frames. What the camera itself does not say is as in the first key that says it.
 fn keys(t: &mut Reader, c: &mut CameraDescription) -> Result<(), Fault> {
-    let meaning = "where the camera is at frames of an animation (`--frames`), see below";
+    let meaning = "where the camera is at frames of an animation (`--frames`): any number of tables `[[camera.key]]`";
     let Some(node) = t.ask(key("key", meaning).optional(), "array of tables", "", "")? else { return Ok(()) };
     let mut keys: Vec<CameraKey> = Vec::new();
     for node in node.tables("camera.key")? {

@@ -132,19 +132,19 @@ fn means(path: &Path) -> Vec<f64> {
 }
 
 /// A camera that stands still has frames of one and the same view. With a guide from frame to frame, each learns from all before
-/// it; their means must be those of frames without. A false alarm in 10,000 runs of all tests; 3 % more light must be found.
+/// it; their means must be those of frames without. A false alarm in 10,000 runs of all tests; 5 % more light must be found.
 #[test]
 fn frames_with_a_guide_from_earlier_ones_are_unbiased() {
     const FRAMES: usize = 48;
     const FALSE_ALARM: f64 = 1e-4;
     let here = folder();
-    let still = ["--set", "camera.key=[{frame=1, vfov=39}]", "--set", "guiding.resolution=4", "--spp", "24"];
+    let still = ["--set", "camera.key=[{frame=1, vfov=39}]", "--spp", "24"];
     let range = format!("1..{FRAMES}");
-    let runs = |guide: &str, seed: &str| -> Vec<Vec<f64>> {
+    let runs = |guide: &str, settings: &[&str], seed: &str| -> Vec<Vec<f64>> {
         let pattern = format!("{guide}.##.exr");
         let more = ["--frames", &range, "--guide", guide, "--seed", seed, "-o", &pattern, "--json", "-"];
         let mut command = phototaxis(here.path());
-        command.arg("render").arg(scene("cornell.toml")).args(TINY).args(still).args(more);
+        command.arg("render").arg(scene("cornell.toml")).args(TINY).args(still).args(settings).args(more);
         let said = stdout(command.assert().code(0).get_output()).to_string();
         let reports = serde_json::Deserializer::from_str(&said).into_iter::<serde_json::Value>();
         let drawn: Vec<f64> =
@@ -154,7 +154,7 @@ fn frames_with_a_guide_from_earlier_ones_are_unbiased() {
         assert!(drawn[1..].iter().all(|share| (*share > 0.2) == (guide != "none")), "{guide}: {drawn:?}");
         (1..=FRAMES).map(|k| means(&here.path().join(format!("{guide}.{k:02}.exr")))).collect()
     };
-    let (plain, guided) = (runs("none", "1000"), runs("grid", "0"));
+    let (plain, guided) = (runs("none", &[], "1000"), runs("grid", &["--set", "guiding.resolution=4"], "0"));
     let level = sidak(FALSE_ALARM, 5);
     let smallest = |factor: f64| {
         let column = |runs: &[Vec<f64>], k: usize, factor: f64| {
@@ -162,7 +162,7 @@ fn frames_with_a_guide_from_earlier_ones_are_unbiased() {
         };
         (0..5).map(|k| welch(&column(&guided, k, factor), &column(&plain, k, 1.0)).1).fold(1.0, f64::min)
     };
-    println!("guided frames: p = {:.1e}, 3 % more light p = {:.1e}", smallest(1.0), smallest(1.03));
+    println!("guided frames: p = {:.1e}, 5 % more light p = {:.1e}", smallest(1.0), smallest(1.05));
     assert!(smallest(1.0) >= level, "not what frames without a guide give");
-    assert!(smallest(1.03) < level, "a bias of 0.03 goes unseen");
+    assert!(smallest(1.05) < level, "a bias of 0.05 goes unseen");
 }
