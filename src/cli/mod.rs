@@ -3,11 +3,14 @@
 //! Exit codes: 0 done, 1 failed, 2 wrong usage, 3 pixels that are not finite (with the picture written), 128 + n stopped by
 //! signal n (with what there was written).
 
+mod address;
 mod amounts;
+mod beside;
 mod checkpointer;
 mod choices;
 mod convert;
 mod error;
+mod frames;
 mod hints;
 mod image;
 mod info;
@@ -24,6 +27,7 @@ mod names;
 mod onlookers;
 mod output;
 mod pace;
+mod page;
 mod preview;
 mod progress;
 mod render;
@@ -31,6 +35,7 @@ mod render_arguments;
 mod report;
 mod resume;
 mod signals;
+mod tev;
 
 use crate::io::contain;
 use crate::platform::Platform;

@@ -1,6 +1,6 @@
 //! Names of pictures where none are given: like the scene, and never those of another scene's pictures.
 
-use super::output::PNG_SCENE;
+use super::output::{EXR_INCOMPLETE, PNG_INCOMPLETE, PNG_SCENE};
 use crate::image::exr::{Attribute, read_attributes};
 use crate::image::png;
 use anyhow::{Context as _, Result, bail};
@@ -24,6 +24,21 @@ pub(crate) fn pictures(scene: &Path, force: bool) -> Result<([PathBuf; 2], bool)
         Some(paths) => Ok((paths, true)),
         None => bail!("{stem}.exr and all names with a number are taken: name the pictures with -o"),
     }
+}
+
+/// The same of a frame, whatever is there.
+pub(super) fn of_frame(scene: &Path, number: u32) -> Result<[PathBuf; 2]> {
+    let stem = stem(scene)?;
+    Ok(["exr", "png"].map(|end| PathBuf::from(format!("{stem}.{number:04}.{end}"))))
+}
+
+/// Whether a picture is there, and does not say that its render was stopped.
+pub(super) fn is_whole(path: &Path) -> bool {
+    let marked = match path.extension().is_some_and(|e| e == "exr") {
+        true => read_attributes(path).is_ok_and(|attributes| attributes.contains_key(EXR_INCOMPLETE)),
+        false => png::text(path, PNG_INCOMPLETE).is_some(),
+    };
+    path.is_file() && !marked
 }
 
 /// What the scene is called.

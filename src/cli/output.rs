@@ -22,6 +22,11 @@ pub(super) const VIEW_LAYER: &str = "viewLayer";
 /// Keyword of a PNG's text that names the scene, as the attribute `scene` of an EXR does.
 pub(super) const PNG_SCENE: &str = "Scene";
 
+/// The attribute of an EXR and the keyword of a PNG's text by which a picture says that its render was stopped, and with how many
+/// samples per pixel.
+pub(super) const EXR_INCOMPLETE: &str = "incomplete";
+pub(super) const PNG_INCOMPLETE: &str = "Incomplete";
+
 /// What a denoiser made of a picture.
 pub(crate) struct Denoised {
     pub(crate) image: Image,
@@ -140,10 +145,17 @@ pub(super) fn beauty(estimate: &Estimate) -> Image {
 }
 
 fn write_png(path: &Path, context: &Context, estimate: &Estimate) -> crate::Result<()> {
-    let named = (PNG_SCENE, &*context.name);
-    match &context.denoised {
-        Some(denoised) => png::write(path, &denoised.image, &context.view, &[named, ("Denoiser", &denoised.by)]),
-        None => png::write(path, &beauty(estimate), &context.view, &[named]),
+    let samples = estimate.samples.to_string();
+    let denoised = context.denoised.as_ref();
+    let said = [
+        Some((PNG_SCENE, &*context.name)),
+        denoised.map(|denoised| ("Denoiser", &*denoised.by)),
+        context.interrupted.then_some((PNG_INCOMPLETE, &*samples)),
+    ];
+    let said: Vec<_> = said.into_iter().flatten().collect();
+    match denoised {
+        Some(denoised) => png::write(path, &denoised.image, &context.view, &said),
+        None => png::write(path, &beauty(estimate), &context.view, &said),
     }
 }
 
@@ -157,6 +169,9 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
     if let Some(denoised) = &context.denoised {
         extra.insert(VIEW_LAYER.into(), Attribute::Text(DENOISED.into()));
         extra.insert("denoiser".into(), Attribute::Text(denoised.by.clone()));
+    }
+    if context.interrupted {
+        extra.insert(EXR_INCOMPLETE.into(), Attribute::Int(i32::try_from(e.samples).unwrap_or(i32::MAX)));
     }
     let metadata = Metadata {
         scene_hash: context.scene.hash_text(),

@@ -1,7 +1,7 @@
 //! The picture so far, in a file that is written again and again.
 
+use super::beside::Beside;
 use super::output::{PNG_SCENE, beauty};
-use super::pace::Pace;
 use super::progress::say;
 use crate::film::FilmSettings;
 use crate::film::accumulate::Estimate;
@@ -12,7 +12,6 @@ use crate::io::clock::WallClock;
 use crate::render::{Moment, Occasion, Onlooker};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
-use std::thread::JoinHandle;
 
 /// Seconds between two previews, where nothing else is asked for.
 pub(super) const EVERY: f64 = 10.0;
@@ -33,9 +32,7 @@ struct Subject {
 /// Writes previews, beside a render that goes on meanwhile.
 pub(super) struct Preview {
     subject: Subject,
-    pace: Pace,
-    /// The newest, which is being written or has been.
-    writer: Option<JoinHandle<crate::Result<()>>>,
+    writer: Beside<crate::Result<()>>,
     /// Whether one that could not be written has been told of, or nothing is to be told.
     told: bool,
 }
@@ -52,7 +49,7 @@ impl Preview {
             seed: description.render.seed,
             scene_hash: scene.hash_text(),
         };
-        Preview { subject, pace: Pace::each(every), writer: None, told: false }
+        Preview { subject, writer: Beside::new("preview", every), told: false }
     }
 
     /// The same; `quiet`, it says nothing.
@@ -63,8 +60,7 @@ impl Preview {
 
     /// Waits for the newest. That one cannot be written is said once, and no reason to end the render.
     fn settle(&mut self) {
-        let result = self.writer.take().map(JoinHandle::join);
-        if let Some(Ok(Err(error))) = result
+        if let Some(Err(error)) = self.writer.settle()
             && !std::mem::replace(&mut self.told, true)
         {
             say(&format!("warning: {error}; there is no new preview, and the render goes on"));
@@ -74,12 +70,7 @@ impl Preview {
 
 impl Onlooker for Preview {
     fn is_due(&mut self, occasion: Occasion) -> bool {
-        let busy = self.writer.as_ref().is_some_and(|writer| !writer.is_finished());
-        match occasion {
-            Occasion::Between => self.pace.is_due() && !busy,
-            Occasion::Last => true,
-            Occasion::AtOnce => false,
-        }
+        self.writer.is_due(occasion)
     }
 
     fn look(&mut self, moment: &Moment) {
@@ -87,10 +78,7 @@ impl Onlooker for Preview {
         self.settle();
         let (subject, picture) = (self.subject.clone(), moment.picture());
         let coverage = if subject.is_exr() { moment.coverage() } else { Vec::new() };
-        let write = move || subject.write(picture, coverage);
-        // Where there can be no thread, there is no preview.
-        self.writer = std::thread::Builder::new().name("preview".into()).spawn(write).ok();
-        self.pace.written(clock.elapsed());
+        self.writer.begin(clock, move || subject.write(picture, coverage));
     }
 }
 

@@ -103,6 +103,16 @@ pub(crate) struct Bar {
     ticker: Option<JoinHandle<()>>,
 }
 
+/// Tells how far a command is.
+pub(super) struct Status(Arc<Shared>);
+
+impl Status {
+    /// The object of JSON that programs are shown.
+    pub(super) fn json(&self) -> serde_json::Value {
+        lock(&self.0.state).json()
+    }
+}
+
 struct Shared {
     state: Mutex<State>,
     /// Whether each stage is told at once, by the thread that begins it: a ticker would miss the short ones.
@@ -115,6 +125,8 @@ struct State {
     stage: Stage,
     since: Instant,
     progress: Option<Progress>,
+    /// Number of the frame under way, which one that is, and of how many; where there are frames.
+    frame: Option<[usize; 3]>,
     finished: bool,
 }
 
@@ -143,7 +155,7 @@ impl Bar {
 
     /// As asked for, beginning with this stage.
     pub(crate) fn of(show: Show, stage: Stage) -> Bar {
-        let state = State { stage, since: Instant::now(), progress: None, finished: false };
+        let state = State { stage, since: Instant::now(), progress: None, frame: None, finished: false };
         let tells_stages = show == Show::Json;
         if tells_stages {
             state.print_json();
@@ -172,6 +184,16 @@ impl Bar {
                 state.print_json();
             }
         }
+    }
+
+    /// The next frame begins: its number, which one it is, and of how many.
+    pub(super) fn begin_frame(&self, frame: [usize; 3]) {
+        lock(&self.shared.state).frame = Some(frame);
+    }
+
+    /// What tells how far it is, for as long as anybody asks.
+    pub(super) fn status(&self) -> Status {
+        Status(self.shared.clone())
     }
 
     pub(crate) fn update(&self, progress: &Progress) {
@@ -245,7 +267,7 @@ impl State {
                 bar.set_prefix(format!("{gone} gone{left}"));
                 bar.set_message(self.detail());
             }
-            None => bar.set_message(format!("{}, {gone}", self.stage.text())),
+            None => bar.set_message(format!("{}, {gone}", self.what())),
         }
         bar.tick();
     }
@@ -257,19 +279,31 @@ impl State {
             return FINISHING_TEXT.into();
         }
         let rate = p.paths as f64 / p.wall_seconds.max(1e-9) * 1e-6;
-        format!("{} spp, {rate:.2} Msamples/s", p.samples)
+        let frame = self.frame.map_or(String::new(), |[number, k, of]| format!("frame {number} ({k} of {of}), "));
+        format!("{frame}{} spp, {rate:.2} Msamples/s", p.samples)
+    }
+
+    /// What it is busy with.
+    fn what(&self) -> String {
+        let frame = self.frame.filter(|_| self.progress.is_none());
+        let frame = frame.map_or(String::new(), |[number, k, of]| format!(" frame {number} ({k} of {of})"));
+        format!("{}{frame}", self.stage.text())
     }
 
     fn line(&self) -> String {
-        let (what, gone) = (self.stage.text(), time_text(self.since.elapsed().as_secs_f64()));
+        let (what, gone) = (self.what(), time_text(self.since.elapsed().as_secs_f64()));
         let Some(p) = self.progress else { return format!("{what}: {gone} so far") };
         let left = self.left().map_or(String::new(), |left| format!(", {} left", time_text(left)));
         format!("{what}: {:.0} % after {gone}{left}; {}", 100.0 * p.share, self.detail())
     }
 
     fn print_json(&self) {
+        _ = writeln!(std::io::stderr(), "{}", self.json());
+    }
+
+    fn json(&self) -> serde_json::Value {
         let (share, samples) = (self.progress.map(|p| p.share), self.progress.map(|p| p.samples));
-        let line = serde_json::json!({
+        let mut object = serde_json::json!({
             "stage": self.stage,
             "seconds": self.since.elapsed().as_secs_f64(),
             "share": share,
@@ -277,7 +311,10 @@ impl State {
             "left_seconds": self.left(),
             "finishing": FINISHING.load(Ordering::Relaxed),
         });
-        _ = writeln!(std::io::stderr(), "{line}");
+        if let Some([number, k, of]) = self.frame {
+            object["frame"] = serde_json::json!({ "number": number, "k": k, "of": of });
+        }
+        object
     }
 }
 
@@ -297,7 +334,7 @@ mod tests {
 
     fn state(share: f64) -> State {
         let progress = Some(Progress { samples: 12, share, wall_seconds: 30.0, paths: 60_000_000 });
-        State { stage: Stage::Rendering, since: Instant::now(), progress, finished: false }
+        State { stage: Stage::Rendering, since: Instant::now(), progress, frame: None, finished: false }
     }
 
     #[test]
@@ -306,6 +343,10 @@ mod tests {
         assert_eq!(state(0.0).line(), "rendering: 0 % after 0 s; 12 spp, 2.00 Msamples/s");
         let loading = State { stage: Stage::Building, progress: None, ..state(0.0) };
         assert_eq!(loading.line(), "preparing the scene for rays: 0 s so far");
+        let frame = State { frame: Some([12, 2, 120]), ..state(0.25) };
+        let line = "rendering: 25 % after 0 s, 1 min 30 s left; frame 12 (2 of 120), 12 spp, 2.00 Msamples/s";
+        assert_eq!(frame.line(), line);
+        assert_eq!(frame.json()["frame"], serde_json::json!({ "number": 12, "k": 2, "of": 120 }));
     }
 
     #[test]

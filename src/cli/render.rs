@@ -1,7 +1,9 @@
 //! `phototaxis render`: from a scene file or a model to pictures and figures.
 
 use super::checkpointer::{self, Checkpointer};
-use super::onlookers::Onlookers;
+use super::frames;
+use super::layers::layers;
+use super::onlookers::{Displays, Onlookers};
 use super::output::{Denoised, Outputs, beauty};
 use super::preview::{self, Preview};
 use super::progress::{self, Bar, Stage, say};
@@ -39,8 +41,14 @@ pub(super) struct Resumption {
 }
 
 pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
-    if let Some(path) = arguments.checkpoint.as_ref().filter(|path| path.is_file()) {
-        bail!("{0}: there is a checkpoint already: go on by phototaxis resume {0}, or remove it", path.display());
+    if let Some(path) = arguments.checkpoint.as_ref().filter(|path| path.is_file() && !arguments.force) {
+        bail!(
+            "{0}: there is a checkpoint already: go on by phototaxis resume {0}, or replace it by --force",
+            path.display()
+        );
+    }
+    if let Some(range) = arguments.animation.range()? {
+        return frames::run(arguments, range);
     }
     match arguments.part.zip(arguments.film_out.as_deref()) {
         Some((part, path)) => film(arguments, part, path),
@@ -87,6 +95,7 @@ pub(super) fn render(arguments: &RenderArguments, from: Option<Resumption>) -> R
     let rendering = watched_by(&ready.bar, &ready.scene, &ready.description, start, signals.stop(), &mut onlookers);
     let go_on = onlookers.finish();
     let code = ready.present(&rendering, &signals);
+    ready.end(&signals);
     if !arguments.quiet {
         go_on.iter().for_each(|path| say(&format!("wrote {0}: phototaxis resume {0} goes on", path.display())));
     }
@@ -98,9 +107,10 @@ pub(super) struct Ready<'a> {
     arguments: &'a RenderArguments,
     pub(super) description: SceneFile,
     pub(super) scene: Scene,
-    outputs: Outputs,
+    pub(super) outputs: Outputs,
     denoiser: Option<Denoiser>,
-    bar: Bar,
+    displays: Displays,
+    pub(super) bar: Bar,
     load_seconds: f64,
 }
 
@@ -114,7 +124,9 @@ impl<'a> Ready<'a> {
         check_options(arguments, &description, &outputs)?;
         // Whoever lacks the library learns it now and not when hours are gone.
         let denoiser = arguments.denoise.then(|| Denoiser::new(rayon::current_num_threads())).transpose()?;
+        let displays = Displays::open(&arguments.displays, &arguments.name(), &description, arguments.quiet)?;
         let bar = Bar::of(arguments.show(), Stage::Loading);
+        displays.follow(|| bar.status());
         let load = WallClock::start();
         let (scene, more_warnings) =
             description.load_scene_watched(Device::new(threads)?, &|stage| bar.stage(stage.into()))?;
@@ -124,12 +136,12 @@ impl<'a> Ready<'a> {
             outputs.note().iter().for_each(|note| say(note));
             scene.found_camera().iter().for_each(|found| say(&camera_note(found)));
         }
-        Ok(Ready { arguments, description, scene, outputs, denoiser, bar, load_seconds })
+        Ok(Ready { arguments, description, scene, outputs, denoiser, displays, bar, load_seconds })
     }
 
     /// Writes all that was asked for.
-    pub(super) fn present(self, rendering: &Rendering, signals: &Signals) -> Result<ExitCode> {
-        let Ready { arguments, description, scene, outputs, denoiser, bar, load_seconds } = self;
+    pub(super) fn present(&self, rendering: &Rendering, signals: &Signals) -> Result<ExitCode> {
+        let Ready { arguments, description, scene, outputs, denoiser, displays, bar, load_seconds } = self;
         if !arguments.quiet {
             warn_of_non_finite(rendering);
         }
@@ -137,13 +149,13 @@ impl<'a> Ready<'a> {
             Some(_) if signals.stop().is_urgent() => {
                 Err(anyhow!("not denoised, since a second signal asked for what there is"))
             }
-            denoiser => denoiser.map(|denoiser| denoised(&denoiser, rendering, &bar)).transpose(),
+            denoiser => denoiser.as_ref().map(|denoiser| denoised(denoiser, rendering, bar)).transpose(),
         };
         // A picture with its noise is better than none.
         let (denoised, failure) = denoised.map_or_else(|error| (None, Some(error)), |denoised| (denoised, None));
         let film = &description.scene.film;
         let context = Context {
-            scene: &scene,
+            scene,
             name: arguments.name(),
             seed: description.render.seed,
             interrupted: signals.came(),
@@ -151,15 +163,21 @@ impl<'a> Ready<'a> {
             build_seconds: scene.build_seconds(),
             view: view(film, rendering, denoised.as_ref()),
             exposure_auto: film.exposure == Exposure::Auto,
-            subject: subject(&scene, &description),
+            subject: subject(scene, description),
             whole: [film.width, film.height],
             extra_layers: description.render.layers.clone(),
-            guide_layers: rendering.guide.as_ref().filter(|_| arguments.guide_layers).map(|g| Layers::new(&scene, g)),
+            guide_layers: rendering.guide.as_ref().filter(|_| arguments.guide_layers).map(|g| Layers::new(scene, g)),
             denoised,
         };
-        let finite = conclude(&outputs, &context, rendering, bar, arguments.quiet)?;
+        let finite = conclude(outputs, &context, rendering, bar, arguments.quiet)?;
+        displays.show(|| layers(rendering, &context), [rendering.estimate.width, rendering.estimate.height]);
         failure.map_or(Ok(()), Err)?;
         Ok(if finite { signals.exit_code() } else { ExitCode::from(super::NOT_FINITE) })
+    }
+
+    /// Tells all who watch that nothing more comes.
+    pub(super) fn end(&self, signals: &Signals) {
+        self.displays.end(if signals.came() { "stopped by a signal" } else { "done" });
     }
 }
 
@@ -183,11 +201,10 @@ fn camera_note(found: &FoundCamera) -> String {
 }
 
 /// Writes all that was asked for and says so; `false` where pixels are not finite.
-fn conclude(outputs: &Outputs, context: &Context, rendering: &Rendering, bar: Bar, quiet: bool) -> Result<bool> {
+fn conclude(outputs: &Outputs, context: &Context, rendering: &Rendering, bar: &Bar, quiet: bool) -> Result<bool> {
     bar.stage(Stage::Writing);
     let report = Report::new(context, rendering);
     outputs.write(context, rendering, &report)?;
-    bar.finish();
     if !quiet {
         report.blackness().iter().for_each(|black| say(&format!("warning: {black}")));
         say(&report.summary());
@@ -198,7 +215,7 @@ fn conclude(outputs: &Outputs, context: &Context, rendering: &Rendering, bar: Ba
 }
 
 /// What rewrites the picture so far and what it takes to go on, where that is asked for.
-fn onlookers(ready: &Ready) -> Result<Onlookers> {
+pub(super) fn onlookers(ready: &Ready) -> Result<Onlookers> {
     let Ready { arguments, description, scene, outputs, .. } = ready;
     let preview = arguments.preview.as_ref().map(|path| {
         let every = arguments.every.unwrap_or(preview::EVERY);
@@ -210,7 +227,7 @@ fn onlookers(ready: &Ready) -> Result<Onlookers> {
         let header = Header::new(scene, &settings(description), request);
         anyhow::Ok(Checkpointer::new(path, every, header, arguments.quiet))
     });
-    Ok(Onlookers::new(preview, checkpointer.transpose()?))
+    Ok(Onlookers::new(preview, &ready.displays, description, checkpointer.transpose()?))
 }
 
 /// How the picture is shown: the denoised one, where there is one.
@@ -249,7 +266,7 @@ pub(super) fn watched(scene: &Scene, description: &SceneFile, keeping: GuideIo, 
 }
 
 /// The same with a bar of the caller's.
-fn watched_by(
+pub(super) fn watched_by(
     bar: &Bar,
     scene: &Scene,
     description: &SceneFile,
@@ -272,7 +289,7 @@ fn watched_by(
 }
 
 /// What a render begins with.
-enum Start {
+pub(super) enum Start {
     New(Box<GuideIo>),
     /// Where another one was, with its budget or another.
     From(Box<Checkpoint>, bool),

@@ -1,7 +1,9 @@
 //! What `phototaxis render` is asked for, and a render that goes on or is merged was.
 
+use super::address::{self, Address};
 use super::amounts;
 use super::choices::Choices;
+use super::frames::{self, FrameArguments};
 use super::output::{Outputs, check_pictures, check_writable};
 use super::progress::Show;
 use crate::film::{FilmSettings, MAX_SIDE};
@@ -21,6 +23,8 @@ const EXAMPLES: &str = "Examples:
   phototaxis render scene.toml --guide none --scale 50% --json -
   phototaxis render scene.toml --spp 256 --guide-out scene.guide
   phototaxis render scene.toml --time 8h -o scene.exr --checkpoint scene.checkpoint --preview scene.png
+  phototaxis render scene.toml --time 8h -o scene.exr --serve
+  phototaxis render model.obj --turntable 120 --time 30s -o turn/####.png
   phototaxis render scene.toml --spp 64 --guide-in scene.guide --set 'camera.origin=[0, 1, 4]'";
 
 #[derive(Args, Clone, serde::Serialize, serde::Deserialize)]
@@ -32,9 +36,10 @@ pub(crate) struct RenderArguments {
     /// scene, in the current folder]
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Vec<PathBuf>,
-    /// Replaces the pictures of another scene that has the same name; without --output only.
-    #[arg(long, conflicts_with = "output")]
-    force: bool,
+    /// Replaces what is there and would be kept: pictures of another scene that has the same name, frames, and a checkpoint.
+    /// A single picture that --output names is replaced in any case.
+    #[arg(long)]
+    pub(super) force: bool,
     /// Size of the picture in pixels, for example 1920x1080. [default: the scene file's, else 1280x720]
     #[arg(long, value_name = "WxH", value_parser = amounts::size)]
     size: Option<(u32, u32)>,
@@ -59,6 +64,9 @@ pub(crate) struct RenderArguments {
     /// Rewrites this picture, .png or .exr (colours, alpha, numbers of samples), again and again while it renders.
     #[arg(long, value_name = "FILE")]
     pub(super) preview: Option<PathBuf>,
+    #[command(flatten)]
+    #[serde(skip)]
+    pub(super) displays: DisplayArguments,
     /// Rewrites this file again and again, and when a signal stops the render, with all that it takes to go on:
     /// phototaxis resume FILE.
     #[arg(long, value_name = "FILE")]
@@ -70,11 +78,14 @@ pub(crate) struct RenderArguments {
     /// Renders part K of N of the samples alone, into --film-out; merge makes a picture of all parts, the same however many
     /// they are. Without a guide (--guide none), or with one from --guide-in, which then stays as it is.
     #[arg(long, value_name = "K/N", value_parser = amounts::part, requires = "film_out",
-          conflicts_with_all = ["output", "time", "noise", "preview", "checkpoint", "guide_out", "guide_layers", "denoise", "json"])]
+          conflicts_with_all = ["output", "time", "noise", "preview", "serve", "tev", "checkpoint", "guide_out", "guide_layers", "denoise", "json"])]
     pub(super) part: Option<(u32, u32)>,
     /// Where the samples of a part go.
     #[arg(long, value_name = "FILE", requires = "part")]
     pub(super) film_out: Option<PathBuf>,
+    #[command(flatten)]
+    #[serde(skip)]
+    pub(super) animation: FrameArguments,
     /// Adds layers to the EXR: guide.fraction, guide.visits, guide.state.
     #[arg(long)]
     pub(super) guide_layers: bool,
@@ -110,6 +121,21 @@ pub(crate) struct RenderArguments {
     /// What holds whatever the scene file and the other arguments say.
     #[arg(skip)]
     pub(super) budget: Option<Budget>,
+}
+
+/// Where the picture is shown while it grows.
+#[derive(Args, Clone, Debug, Default)]
+pub(crate) struct DisplayArguments {
+    /// Serves a page that shows the picture as it grows, its error, the speed and the guide, until the render ends; on this
+    /// machine alone unless another host is named. [default: 127.0.0.1 and a port that is free, which is printed]
+    #[arg(long, value_name = "HOST:PORT", value_parser = address::serve, num_args = 0..=1, require_equals = true,
+          default_missing_value = "")]
+    pub(super) serve: Option<Address>,
+    /// Shows the picture as it grows in the viewer tev, which must be running, and all layers at the end.
+    /// [default: 127.0.0.1:14158]
+    #[arg(long, value_name = "HOST:PORT", value_parser = address::tev, num_args = 0..=1, require_equals = true,
+          default_missing_value = "")]
+    pub(super) tev: Option<Address>,
 }
 
 /// When a render ends.
@@ -149,6 +175,9 @@ impl RenderArguments {
             check_writable(path)?;
             return Ok(Outputs::default());
         }
+        if let Some(range) = self.animation.range()? {
+            return frames::outputs(self, range.first(), true);
+        }
         let (json, guide) = (self.json.as_ref(), self.guide_out.as_ref());
         Outputs::new(&self.output, json, guide, &self.scene, self.force)
     }
@@ -166,6 +195,8 @@ impl RenderArguments {
             guide_out,
             guide_layers: false,
             preview,
+            displays: DisplayArguments::default(),
+            animation: FrameArguments::default(),
             checkpoint,
             every: None,
             part: None,

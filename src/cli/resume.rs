@@ -4,7 +4,7 @@ use super::amounts;
 use super::choices::Machine;
 use super::progress::Show;
 use super::render::{Resumption, render};
-use super::render_arguments::RenderArguments;
+use super::render_arguments::{DisplayArguments, RenderArguments};
 use crate::render::checkpoint::open;
 use anyhow::Result;
 use clap::Args;
@@ -38,6 +38,8 @@ pub(crate) struct ResumeArguments {
     /// Rewrites this picture again and again while it renders. [default: as it was begun]
     #[arg(long, value_name = "FILE")]
     preview: Option<PathBuf>,
+    #[command(flatten)]
+    displays: DisplayArguments,
     /// Time between two previews and between two checkpoints. [default: as it was begun]
     #[arg(long, value_name = "SECONDS|1m30s", value_parser = amounts::seconds)]
     every: Option<f64>,
@@ -63,12 +65,13 @@ pub(crate) fn run(arguments: &ResumeArguments) -> Result<ExitCode> {
 
 /// What the render was asked for, and is now.
 fn asked(arguments: &ResumeArguments, before: &RenderArguments) -> RenderArguments {
-    let ResumeArguments { file, output, preview, every, machine, progress, json, quiet, .. } = arguments;
+    let ResumeArguments { file, output, preview, displays, every, machine, progress, json, quiet, .. } = arguments;
     let mut asked = before.clone();
     if !output.is_empty() {
         asked.output = output.clone();
     }
     asked.preview = preview.clone().or(asked.preview);
+    asked.displays = displays.clone();
     asked.every = every.or(asked.every);
     asked.json = json.clone().or(asked.json);
     asked.checkpoint = Some(Path::to_path_buf(file));

@@ -8,7 +8,7 @@ use super::sections::{camera, guiding, materials, textures, world};
 use crate::document::{Fault, KeyInfo, Reader};
 use crate::light::LightType;
 use crate::math::Rgb;
-use crate::scene::description::MaterialDescription;
+use crate::scene::description::{MaterialDescription, Projection};
 use crate::texture::ReliefKind;
 use std::path::Path;
 
@@ -25,6 +25,7 @@ pub(crate) fn sections() -> Vec<Section> {
     let base = Path::new("");
     let mut all = vec![
         section("[camera]", |t| camera::camera(t, &mut None)),
+        section("[[camera.key]]", |t| camera::camera_key(t, Projection::Perspective).map(drop)),
         section("[film]", |t| file.scene.film.read(t)),
         section("[[mesh]]", |t| world::mesh(t, base).map(drop)),
         section("rotate", |t| world::rotation(t).map(drop)),

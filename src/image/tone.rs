@@ -26,6 +26,22 @@ impl Tone {
         Tone::NAMES.iter().find(|(_, tone)| *tone == self).map_or("", |(name, _)| name)
     }
 
+    /// The numbers of the curves by name, for programs that apply them: matrices by columns, polynomials from the highest power.
+    pub(crate) fn constants() -> [(&'static str, Vec<f32>); 9] {
+        let matrix = |m: Mat3| m.to_cols_array().to_vec();
+        [
+            ("agxIn", matrix(AGX_INSET * SRGB_TO_REC2020)),
+            ("agxOut", matrix(AGX_OUTSET)),
+            ("agxScreen", matrix(REC2020_TO_SRGB)),
+            ("agxStops", AGX_STOPS.to_vec()),
+            ("agxGamma", vec![AGX_GAMMA]),
+            ("agxContrast", AGX_CONTRAST.to_vec()),
+            ("acesIn", matrix(ACES_IN * (1.0 / ACES_SCALE))),
+            ("acesOut", matrix(ACES_OUT)),
+            ("acesCurve", ACES_CURVE.to_vec()),
+        ]
+    }
+
     /// What a screen shows, in [0, 1] and linear. What is not a number, or negative, counts as 0.
     #[inline]
     pub(crate) fn apply(self, light: Rgb) -> Rgb {
@@ -76,6 +92,8 @@ const AGX_OUTSET: Mat3 = mat3(
 /// Binary logarithms of the darkest and the brightest light: 10 stops below and 6.5 above mid grey, 0.18.
 const AGX_STOPS: [f32; 2] = [-12.473_93, 4.026_069];
 const AGX_GAMMA: f32 = 2.2;
+/// Coefficients of its polynomial, that of the highest power first.
+const AGX_CONTRAST: [f32; 7] = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32];
 
 fn agx(light: Vec3) -> Vec3 {
     let [darkest, brightest] = AGX_STOPS;
@@ -88,8 +106,7 @@ fn agx(light: Vec3) -> Vec3 {
 
 /// The S-shaped curve of AgX on [0, 1], by a polynomial.
 fn contrast(x: f32) -> f32 {
-    const FROM_THE_HIGHEST: [f32; 7] = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32];
-    FROM_THE_HIGHEST.into_iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
+    AGX_CONTRAST.into_iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }
 
 /// From linear sRGB to where the curve works: XYZ, D65 to D60, AP1, RRT saturation.
@@ -98,10 +115,13 @@ const ACES_IN: Mat3 =
 const ACES_OUT: Mat3 =
     mat3(vec3(1.60475, -0.10208, -0.00327), vec3(-0.53108, 1.10813, -0.07276), vec3(-0.07367, -0.00605, 1.07602));
 const ACES_SCALE: f32 = 0.6;
+/// Coefficients of the curve, (x (x + a) − b) / (x (c x + d) + e).
+const ACES_CURVE: [f32; 5] = [0.024_578_6, 0.000_090_537, 0.983_729, 0.432_951, 0.238_081];
 
 fn aces(light: Vec3) -> Vec3 {
     let x = ACES_IN * (light / ACES_SCALE);
-    let curve = (x * (x + 0.024_578_6) - 0.000_090_537) / (x * (0.983_729 * x + 0.432_951) + 0.238_081);
+    let [a, b, c, d, e] = ACES_CURVE;
+    let curve = (x * (x + a) - b) / (x * (c * x + d) + e);
     (ACES_OUT * curve).clamp(Vec3::ZERO, Vec3::ONE)
 }
 

@@ -49,6 +49,26 @@ pub struct LoadedGuide {
     pub salt: u64,
 }
 
+impl LoadedGuide {
+    /// What a guide has learnt, as if it had gone through a file: for a render that follows at once. `paths` as there. The next
+    /// render has to have another seed; the salt is 0.
+    ///
+    /// # Errors
+    /// A guide that is larger than `guiding.memory`.
+    pub(crate) fn carried(
+        guide: &Guide,
+        paths: u64,
+        guiding: &GuidingSettings,
+        bounds: (Vec3, Vec3),
+    ) -> Result<LoadedGuide> {
+        let fault = |message: String| Error::Scene(format!("the guide cannot go on to the next frame: {message}"));
+        let new = Guide::new(guiding, bounds, std::iter::empty());
+        let mut new = new.ok_or_else(|| fault("guiding.method is none".into()))?;
+        new.restore(guide.stored()).map_err(fault)?;
+        Ok(LoadedGuide { guide: new, paths, salt: 0 })
+    }
+}
+
 impl GuideFingerprint {
     /// `scene` is a hash of geometry, materials and lights.
     pub fn new(scene: String, guiding: &GuidingSettings, integrator: &IntegratorSettings) -> GuideFingerprint {

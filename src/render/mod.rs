@@ -20,8 +20,9 @@ mod training;
 mod workers;
 
 pub use checkpoint::Checkpoint;
+pub(crate) use onlooker::Figures;
 pub use onlooker::{Moment, Occasion, Onlooker};
-pub(crate) use policy::{Trial, Verdict};
+pub(crate) use policy::{Mode, Reason, Trial, Verdict};
 pub use settings::{Order, RenderSettings};
 
 use crate::film::accumulate::Estimate;
@@ -192,7 +193,11 @@ pub fn render_shown<W: Watch>(
 ) -> Rendering {
     let (limits, keeps_state) = (Limits::from_now(settings.render.time, stop), onlooker.keeps_state());
     let job = Job { scene, camera: &scene.camera, settings, watch, keep_guide: keeping.keep, keeps_state };
-    let mut driver = Driver::new(job, RenderState::new(scene, &scene.camera, settings, keeping), limits);
+    let mut state = RenderState::new(scene, &scene.camera, settings, keeping);
+    if onlooker.wants_error() {
+        state.film = state.film.that_tells_its_error(true);
+    }
+    let mut driver = Driver::new(job, state, limits);
     match settings.render.order {
         Order::Progressive => driver.run(observer, onlooker),
         Order::Blocks => driver.run_blocks(observer, onlooker),

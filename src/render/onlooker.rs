@@ -1,8 +1,11 @@
 //! What looks at a render while it goes on.
 
 use super::limits::Spent;
-use super::state::{Record, RenderState};
+use super::policy::{GuidePolicy, Mode, Verdict};
+use super::state::{FIRST_ESTIMATE, Record, RenderState};
 use crate::film::accumulate::Estimate;
+use crate::guiding::settings::GuidingMethod;
+use crate::integrator::Counters;
 use crate::light::LightUnit;
 use rayon::prelude::*;
 
@@ -27,6 +30,11 @@ pub trait Onlooker {
 
     /// Whether it may ask for a checkpoint, which takes memory for what is learnt.
     fn keeps_state(&self) -> bool {
+        false
+    }
+
+    /// Whether it wants to know the error of the picture.
+    fn wants_error(&self) -> bool {
         false
     }
 }
@@ -58,6 +66,61 @@ impl Moment<'_> {
     /// Share of the camera's rays that met something, pixel by pixel.
     pub(crate) fn coverage(&self) -> Vec<f32> {
         self.state.film.coverage()
+    }
+}
+
+/// Figures of a render so far.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(crate) struct Figures {
+    /// Samples per pixel; on average, rounded down, where a pass was cut.
+    pub(crate) samples: u32,
+    /// Wall time of the render, with what it took before it was resumed.
+    pub(crate) wall_seconds: f64,
+    /// Camera paths, and all rays, shadow rays too.
+    pub(crate) paths: u64,
+    pub(crate) rays: u64,
+    /// Estimated of the picture; `None` where too little is known.
+    pub(crate) relative_error: Option<f64>,
+    pub(crate) mode: Mode,
+    /// What `auto` has found of the guide, if it was asked and knows something.
+    pub(crate) verdict: Option<Verdict>,
+    /// `None` where there is none to be learnt.
+    pub(crate) guide: Option<GuideFigures>,
+}
+
+/// What is to be said of a guide.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(crate) struct GuideFigures {
+    pub(crate) method: &'static str,
+    /// Places that it has learnt something of.
+    pub(crate) states: usize,
+    pub(crate) bytes: usize,
+    /// Share of the directions drawn at surfaces with smooth lobes that the guide drew, in the iteration under way.
+    pub(crate) drawn_share: f64,
+}
+
+impl Moment<'_> {
+    pub(crate) fn figures(&self) -> Figures {
+        let Moment { state, record, spent, .. } = *self;
+        let newest = &record.report.counters;
+        let rays = |of: &Counters| of.rays + of.shadow_rays;
+        Figures {
+            samples: state.samples(),
+            wall_seconds: spent.wall.elapsed().as_secs_f64(),
+            paths: state.paths,
+            rays: state.iterations.iter().map(|i| rays(&i.counters)).sum::<u64>() + rays(newest),
+            relative_error: state.film.relative_error().filter(|_| state.samples() >= FIRST_ESTIMATE),
+            mode: state.plan.mode,
+            verdict: state.policy.verdict(),
+            guide: state.guide.as_ref().filter(|guide| guide.method() != GuidingMethod::None).map(|guide| {
+                GuideFigures {
+                    method: guide.method().name(),
+                    states: guide.states(),
+                    bytes: guide.bytes(),
+                    drawn_share: newest.guided_directions as f64 / newest.directions.max(1) as f64,
+                }
+            }),
+        }
     }
 }
 

@@ -16,7 +16,7 @@ use crate::scene::{Camera, Scene};
 use serde::{Deserialize, Serialize};
 
 /// Samples per pixel after which the error of the picture is estimated first: fewer say little of it.
-const FIRST_ESTIMATE: u32 = 16;
+pub(super) const FIRST_ESTIMATE: u32 = 16;
 
 /// All that a render takes from one iteration to the next: with the scene, the settings and this it goes on, in another
 /// process too, and ends with the same picture. In the middle of an iteration the [`Record`] belongs to it. It holds no clocks,

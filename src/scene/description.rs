@@ -67,7 +67,31 @@ pub(crate) struct CameraDescription {
     pub(crate) focus_distance: Option<f32>,
     /// The picture is flipped left to right (scene formats with a left-handed camera).
     pub(crate) mirrored: bool,
+    /// Where it is at frames, in their order; they count where frames are rendered.
+    pub(crate) keys: Vec<CameraKey>,
+    pub(crate) interpolation: Interpolation,
     pub(crate) unsaid: Unsaid,
+}
+
+/// What is said of a camera at one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct CameraKey {
+    pub(crate) frame: f64,
+    pub(crate) origin: Option<DVec3>,
+    pub(crate) target: Option<DVec3>,
+    pub(crate) up: Option<Vec3>,
+    pub(crate) vfov: Option<f32>,
+    pub(crate) view_height: Option<f32>,
+    pub(crate) aperture_radius: Option<f32>,
+    pub(crate) focus_distance: Option<f32>,
+}
+
+/// How a camera goes from key to key.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Interpolation {
+    #[default]
+    Smooth,
+    Linear,
 }
 
 /// A camera that can be chosen.
@@ -120,6 +144,8 @@ impl Default for CameraDescription {
             aperture_radius: 0.0,
             focus_distance: None,
             mirrored: false,
+            keys: Vec::new(),
+            interpolation: Interpolation::Smooth,
             unsaid: Unsaid::default(),
         }
     }

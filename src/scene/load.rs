@@ -2,7 +2,7 @@
 
 use super::assets::LoadedAssets;
 use super::build::Build;
-use super::description::{MaterialDescription, SceneDescription};
+use super::description::{CameraDescription, MaterialDescription, SceneDescription};
 use super::emitters::{Lighting, Surfaces, lights, sky};
 use super::hash;
 use super::light_groups::LightGroups;
@@ -155,6 +155,31 @@ impl Scene {
             (camera.origin, camera.target) = (camera.origin + self.origin, camera.target + self.origin);
         }
         Ok(())
+    }
+
+    /// Looks through another camera, in the coordinates of the scene's files, whose place is said.
+    ///
+    /// # Errors
+    /// Where the view direction or the up vector is degenerate.
+    pub(crate) fn look_through(&mut self, camera: &CameraDescription, film: &FilmSettings) -> Result<()> {
+        let camera = self.moved(camera);
+        self.camera = Camera::new(&camera, film)?;
+        self.hash = hash::view(Some(&camera), film, self.content_hash);
+        Ok(())
+    }
+
+    /// That it can be looked through.
+    ///
+    /// # Errors
+    /// As [`Self::look_through`].
+    pub(crate) fn check_camera(&self, camera: &CameraDescription, film: &FilmSettings) -> Result<()> {
+        Camera::new(&self.moved(camera), film).map(drop)
+    }
+
+    /// A camera in the coordinates here.
+    fn moved(&self, camera: &CameraDescription) -> CameraDescription {
+        let [origin, target] = [camera.origin, camera.target].map(|p| p - self.origin);
+        CameraDescription { origin, target, ..camera.clone() }
     }
 
     /// Whether any light reaches the camera.

@@ -1,6 +1,7 @@
 //! From files to an immutable scene.
 
 pub(crate) mod adaptation;
+mod animation;
 mod assets;
 mod build;
 mod camera;

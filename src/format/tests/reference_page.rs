@@ -9,6 +9,7 @@ const PAGE: &str = include_str!("../../../docs/scene-file.md");
 /// The least that must be said before the keys under a heading can be left out or given.
 const MINIMAL: &[(&str, &str)] = &[
     ("[camera]", "[camera]\norigin = [0, 1, 5]\ntarget = [0, 1, 0]\n"),
+    ("[[camera.key]]", "[camera]\norigin = [0, 1, 5]\ntarget = [0, 1, 0]\n[[camera.key]]\nframe = 1\n"),
     ("[film]", "[film]\n"),
     ("[[mesh]]", "[[mesh]]\npath = 'a.obj'\n"),
     ("[[instance]]", "[[mesh]]\npath = 'a.obj'\ngroup = 'a'\n[[instance]]\ngroup = 'a'\n"),

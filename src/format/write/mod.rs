@@ -12,7 +12,7 @@ use crate::integrator::{IntegratorSettings, Roulette, SamplerKind};
 use crate::io::atomic::write_atomically;
 use crate::light::LightSampler;
 use crate::scene::LoadedAssets;
-use crate::scene::description::{CameraDescription, NamedCamera, Projection};
+use crate::scene::description::{CameraDescription, CameraKey, Interpolation, NamedCamera, Projection};
 use crate::texture::TextureCache;
 use crate::{Error, Result};
 use ::toml::{Table, Value};
@@ -127,6 +127,24 @@ fn camera(c: &CameraDescription) -> Table {
         Projection::Orthographic => say(c.unsaid.view_height, "view_height", number(c.view_height)),
         Projection::Panorama => (),
     }
+    if c.interpolation == Interpolation::Linear {
+        t.insert("interpolation".into(), Value::String("linear".into()));
+    }
+    if !c.keys.is_empty() {
+        t.insert("key".into(), Value::Array(c.keys.iter().map(|key| Value::Table(camera_key(key))).collect()));
+    }
+    t
+}
+
+fn camera_key(key: &CameraKey) -> Table {
+    let mut t = Table::new();
+    t.insert("frame".into(), doubles(&[key.frame])[0].clone());
+    let points = [("origin", key.origin), ("target", key.target), ("up", key.up.map(|up| up.as_dvec3()))];
+    points.into_iter().for_each(|(name, p)| t.extend(p.map(|p| (name.into(), doubles(&p.to_array())))));
+    let CameraKey { vfov, view_height, aperture_radius, focus_distance, .. } = *key;
+    let names = ["vfov", "view_height", "aperture_radius", "focus_distance"];
+    let values = names.into_iter().zip([vfov, view_height, aperture_radius, focus_distance]);
+    t.extend(values.filter_map(|(name, value)| Some((name.into(), number(value?)))));
     t
 }
 

@@ -106,6 +106,32 @@ fn groups_lights_pictures_and_far_places_come_back() {
 }
 
 #[test]
+fn keys_of_a_camera_come_back() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml");
+    let keys = "camera.key=[{frame=-1.5, origin=[1, 2, 3.1], target=[0, 0.1, 0]}, {frame=24, up=[0, 1, 0.5], vfov=20.3, \
+        aperture_radius=0.1, focus_distance=2}]";
+    let (file, _) = format::load(&path, &[keys.into(), "camera.interpolation=linear".into()]).unwrap();
+    let read = converted(&file).1.unwrap();
+    assert_eq!(read.scene.camera, file.scene.camera);
+    assert_eq!(read.scene.camera.unwrap().keys.len(), 2);
+}
+
+#[test]
+fn what_a_camera_does_not_say_is_as_in_its_first_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.toml");
+    let keys =
+        "[[camera.key]]\nframe = 9\norigin = [1, 1, 9]\n[[camera.key]]\nframe = 2\norigin = [1, 1, 2]\nvfov = 20\n";
+    fs::write(&path, format!("[camera]\nvfov = 30\n{keys}")).unwrap();
+    let camera = format::load(&path, &[]).unwrap().0.scene.camera.unwrap();
+    assert_eq!((camera.origin, camera.vfov), ([1.0, 1.0, 2.0].into(), 30.0));
+    assert!(!camera.unsaid.origin && camera.unsaid.target);
+    fs::write(&path, format!("[camera]\nprojection = 'panorama'\n{keys}")).unwrap();
+    let error = format::load(&path, &[]).unwrap_err().to_string();
+    assert!(error.contains("a.toml:9:") && error.contains("`vfov` in [[camera.key]] needs `projection"), "{error}");
+}
+
+#[test]
 fn pictures_in_no_file_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let text = "<scene version=\"3.0.0\"><sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/><transform name=\"to_world\">\

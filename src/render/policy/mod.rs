@@ -3,9 +3,7 @@
 
 mod auto;
 
-#[cfg(test)]
-pub(crate) use auto::Reason;
-pub(crate) use auto::{Trial, Verdict};
+pub(crate) use auto::{Reason, Trial, Verdict};
 
 use super::noise::Noise;
 use super::schedule::doubled;
@@ -22,7 +20,7 @@ const FIRST_WITH_A_GUIDE: u32 = 2;
 
 /// How the samples of an iteration are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub(super) enum Mode {
+pub(crate) enum Mode {
     /// Directions come from BSDFs and lights alone, and nothing is learnt.
     Unguided,
     /// As [`Mode::Unguided`]; the light that bounced is measured beside it, pixel by pixel.

@@ -6,6 +6,7 @@ mod compare;
 mod convert;
 mod extremes;
 mod faults;
+mod frames;
 mod gallery;
 mod guides;
 mod info;
@@ -19,6 +20,7 @@ mod sharing;
 mod stopping;
 mod transforms;
 mod views;
+mod watching;
 
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};

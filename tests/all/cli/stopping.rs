@@ -247,14 +247,14 @@ fn listening_program() -> Command {
 }
 
 /// A process of the program. It ends with the test, however that ends.
-struct Running {
+pub(super) struct Running {
     child: Child,
     said: String,
 }
 
 impl Running {
     /// Renders.
-    fn start(here: &Path, arguments: &[String]) -> Running {
+    pub(super) fn start(here: &Path, arguments: &[String]) -> Running {
         let mut command = listening_program();
         command.arg("render");
         Running::spawn(command, here, arguments)
@@ -266,7 +266,7 @@ impl Running {
     }
 
     /// Waits for a handler of SIGTERM (15), the last but one that it catches, as the kernel tells.
-    fn wait_until_it_catches_signals(&self) {
+    pub(super) fn wait_until_it_catches_signals(&self) {
         let start = Instant::now();
         while signals(self.child.id(), "SigCgt:") >> (15 - 1) & 1 == 0 {
             assert!(start.elapsed() < Duration::from_secs(60), "the program catches no signals");
@@ -285,14 +285,14 @@ impl Running {
         }
     }
 
-    fn send(&self, signal: &str) {
+    pub(super) fn send(&self, signal: &str) {
         // The shell's own `kill`: a small system has no program of that name.
         let kill = format!("kill -s {signal} {}", self.child.id());
         assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
     }
 
     /// Sends signals, as somebody does who has had enough, and waits for the end.
-    fn after(&mut self, signals: &[&str]) -> ExitStatus {
+    pub(super) fn after(&mut self, signals: &[&str]) -> ExitStatus {
         for signal in signals {
             self.send(signal);
             std::thread::sleep(Duration::from_millis(600));
@@ -300,7 +300,7 @@ impl Running {
         self.wait()
     }
 
-    fn wait(&mut self) -> ExitStatus {
+    pub(super) fn wait(&mut self) -> ExitStatus {
         let start = Instant::now();
         loop {
             if let Some(status) = self.child.try_wait().unwrap() {
@@ -314,7 +314,7 @@ impl Running {
     }
 
     /// Waits for a line on standard error.
-    fn hear(&mut self) {
+    pub(super) fn hear(&mut self) {
         let stderr = self.child.stderr.as_mut().unwrap();
         let mut byte = [0];
         while !self.said.ends_with('\n') && stderr.read(&mut byte).unwrap() == 1 {
@@ -323,7 +323,7 @@ impl Running {
     }
 
     /// What was on standard error.
-    fn said(&self) -> &str {
+    pub(super) fn said(&self) -> &str {
         &self.said
     }
 }

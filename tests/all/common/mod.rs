@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "every test binary is compiled with all of this and needs a part of it")]
 
+pub mod browser;
 pub mod hall;
 pub mod masked_lamp;
 pub mod square;
