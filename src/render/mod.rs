@@ -4,6 +4,7 @@ pub(crate) mod checkpoint;
 mod driver;
 mod foresight;
 pub mod guide_file;
+pub(crate) mod lesson;
 mod limits;
 pub(crate) mod merge;
 mod noise;
@@ -16,6 +17,7 @@ mod sealed;
 mod settings;
 mod state;
 mod tracer;
+mod view;
 mod workers;
 
 pub use checkpoint::Checkpoint;
