@@ -77,22 +77,22 @@ pub(super) fn run(arguments: &RunArguments) -> Result<ExitCode> {
     let folder = std::path::absolute(&arguments.folder)?;
     let graph = Graph::read(&folder)?;
     let mut watch = Watch::new(arguments, &graph, &folder);
-    if !graph.tasks.iter().all(|task| task.is_done(&folder)) {
+    let is_done = || graph.tasks.last().is_none_or(|merge| merge.is_done(&folder));
+    if !is_done() {
         let mut engine = Engine::start(&graph, &folder, arguments)?;
         while engine.is_busy()? {
             std::thread::sleep(TICK);
             watch.look()?;
         }
-        engine.end();
     }
     watch.look()?;
-    let missing: Vec<&Task> = graph.tasks.iter().filter(|task| !task.is_done(&folder)).collect();
+    let missing: Vec<&Task> = graph.tasks.iter().filter(|task| !is_done() && !task.is_done(&folder)).collect();
     if let Some(task) = missing.iter().find(|task| task.is_ready(&folder)) {
         bail!("{} tasks are not done; {1} tells of one that failed", missing.len(), log(&folder, task).display());
     }
     ensure!(missing.is_empty(), "{} tasks are not done", missing.len());
     if !arguments.quiet {
-        say(&cost(&graph, &folder)?);
+        cost(&graph, &folder)?.iter().for_each(|cost| say(cost));
         graph.pictures.iter().for_each(|path| say(&format!("wrote {}", path.display())));
     }
     Ok(ExitCode::SUCCESS)
@@ -160,10 +160,14 @@ impl Engine {
     fn is_busy(&mut self) -> Result<bool> {
         Ok(self.waits.try_wait()?.is_none())
     }
+}
 
-    /// Ends what was started for this run.
-    fn end(mut self) {
-        if let Some(hq) = self.hq.filter(|_| !self.own.is_empty()) {
+/// Ends what was started for this run. What was submitted to a server of others goes on.
+impl Drop for Engine {
+    fn drop(&mut self) {
+        _ = self.waits.kill();
+        _ = self.waits.wait();
+        if let Some(hq) = self.hq.as_ref().filter(|_| !self.own.is_empty()) {
             _ = Command::new(hq).args(["server", "stop"]).stdout(Stdio::null()).status();
         }
         self.own.iter_mut().for_each(|child| _ = child.wait());
@@ -240,14 +244,17 @@ fn progress(graph: &Graph, done: &[&Task]) -> String {
     format!("{learning}{films} of {all} films, {} of {} tasks", done.len(), graph.tasks.len())
 }
 
-/// What it took, by what the parts say of themselves.
-fn cost(graph: &Graph, folder: &Path) -> Result<String> {
-    let lessons = graph.tasks.iter().filter(|task| task.stage.starts_with("learn"));
-    let spent = lessons.map(|task| Ok(lesson::open::<RenderArguments>(&folder.join(&task.outputs[0]))?.cpu_seconds()));
-    let learning: f64 = spent.collect::<Result<Vec<_>>>()?.into_iter().sum();
+/// What it took, by what the parts say of themselves; `None` where lessons were removed after the guide had learnt from them.
+fn cost(graph: &Graph, folder: &Path) -> Result<Option<String>> {
+    let lessons: Vec<&Task> = graph.tasks.iter().filter(|task| task.stage.starts_with("learn")).collect();
+    if !lessons.iter().all(|task| task.is_done(folder)) {
+        return Ok(None);
+    }
+    let spent = |task: &&Task| Ok(lesson::open::<RenderArguments>(&folder.join(&task.outputs[0]))?.cpu_seconds());
+    let learning: f64 = lessons.iter().map(spent).collect::<Result<Vec<_>>>()?.into_iter().sum();
     let path = folder.join(FIGURES);
     let figures = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     let figures: serde_json::Value = serde_json::from_str(&figures).with_context(|| path.display().to_string())?;
     let rendering = figures["render_cpu_seconds"].as_f64().unwrap_or_default();
-    Ok(format!("{rendering:.0} s of processor time for the picture, {learning:.0} s to learn for it"))
+    Ok(Some(format!("{rendering:.0} s of processor time for the picture, {learning:.0} s to learn for it")))
 }

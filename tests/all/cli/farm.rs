@@ -97,6 +97,7 @@ fn any_number_of_machines_makes_the_same_picture_by_any_engine() {
     std::fs::create_dir(at("bin")).unwrap();
     stub(&at("bin"), "sbatch", SBATCH);
     let path = format!("{}:{}", at("bin").display(), std::env::var("PATH").unwrap());
+    assert!(Command::new("bash").arg("-n").arg(at("a farm's/slurm.sh")).status().unwrap().success());
     let slurm = || Command::new(at("a farm's/slurm.sh")).arg("--partition=long").env("PATH", &path).output().unwrap();
     let output = slurm();
     assert!(output.status.success(), "{}", stderr(&output));
@@ -121,6 +122,7 @@ fn any_number_of_machines_makes_the_same_picture_by_any_engine() {
     let made = kept.metadata().unwrap().modified().unwrap();
     std::fs::remove_file(at("hq/films/2.film")).unwrap();
     std::fs::remove_file(at("hq/picture.exr")).unwrap();
+    std::fs::remove_file(at("hq/figures.json")).unwrap();
     write(at("hq/guides/2.guide"), "no guide").unwrap();
     let said = stderr(run().code(1).get_output());
     assert!(said.contains("logs/film-2.log tells of one that failed"), "{said}");
