@@ -98,7 +98,7 @@ pub(super) fn run(arguments: &PlanArguments) -> Result<ExitCode> {
     let learning = learning(arguments, &description, spp)?;
     let default = || vec![folder.join("picture.exr"), folder.join("picture.png")];
     let pictures = if arguments.picture.is_empty() { default() } else { absolute(&arguments.picture)? };
-    check_pictures(&pictures)?;
+    check_pictures(&arguments.picture)?;
     let films = arguments.films.unwrap_or(machines.saturating_mul(FILMS));
     let graph = Graph::of(Work {
         program: program(arguments)?,

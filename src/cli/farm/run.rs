@@ -5,6 +5,7 @@ use crate::cli::amounts;
 use crate::cli::output::check_pictures;
 use crate::cli::progress::say;
 use crate::cli::render_arguments::RenderArguments;
+use crate::cli::signals::Signals;
 use crate::render::lesson;
 use anyhow::{Context as _, Result, bail, ensure};
 use clap::Args;
@@ -80,7 +81,11 @@ pub(super) fn run(arguments: &RunArguments) -> Result<ExitCode> {
     let is_done = || graph.tasks.last().is_none_or(|merge| merge.is_done(&folder));
     if !is_done() {
         let mut engine = Engine::start(&graph, &folder, arguments)?;
+        let signals = Signals::catch(true)?;
         while engine.is_busy()? {
+            if signals.came() {
+                return Ok(signals.exit_code());
+            }
             std::thread::sleep(TICK);
             watch.look()?;
         }
