@@ -52,4 +52,7 @@ def main(program, folder, workers):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])))
+    try:
+        sys.exit(main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])))
+    except Exception as error:
+        sys.exit(f"HyperQueue: {error}")

@@ -36,4 +36,4 @@ def worker(folder, own):
 
 
 if __name__ == "__main__":
-    {"server": server, "worker": worker}[sys.argv[1]](*sys.argv[2:])
+    {"server": server, "worker": worker}[sys.argv[1]](*map(os.path.abspath, sys.argv[2:]))
