@@ -189,7 +189,7 @@ fn lessons_that_make_no_whole_are_refused() {
     let here = Here::new(&["film.width=20", "film.height=12", "guiding.method=adaptive"]);
     let lesson = |part, guide: Option<&str>, seed| here.part(part, guide, seed)[0].clone();
     let first = lesson((1, 1, 1), None, 0);
-    here.teach(&[first.clone()], None, "first").unwrap();
+    here.teach(std::slice::from_ref(&first), None, "first").unwrap();
     let halves = [lesson((1, 2, 4), Some("first"), 0), lesson((2, 2, 4), Some("first"), 0)];
     let said = |names: &[&String], guide: Option<&str>| {
         let names: Vec<String> = names.iter().map(ToString::to_string).collect();
@@ -207,7 +207,7 @@ fn lessons_that_make_no_whole_are_refused() {
     has(&[a, b], Some("second"), "it was learnt with another guide");
     has(&[a, &lesson((2, 2, 4), Some("first"), 7)], Some("first"), "it has another seed");
     let elsewhere = Here { folder: here.folder, ..Here::new(&["film.width=20", "film.height=12", "camera.vfov=50"]) };
-    let error = elsewhere.teach(&[first.clone()], None, "x").err().unwrap();
+    let error = elsewhere.teach(std::slice::from_ref(&first), None, "x").err().unwrap();
     assert!(error.contains("another scene"), "{error}");
     let bytes = std::fs::read(elsewhere.path(&first)).unwrap();
     for (length, text) in [(bytes.len() - 5, "truncated"), (10, "truncated"), (0, "this is no lesson")] {
