@@ -30,6 +30,10 @@ pub(crate) struct MergeArguments {
     /// Picture to write, .exr or .png; may be repeated.
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
+    /// Makes a picture of the films that there are, each of which has as many samples of one pixel as of another, where others
+    /// are missing.
+    #[arg(long)]
+    partial: bool,
     /// Removes the noise by Intel Open Image Denoise, as render does.
     #[arg(long)]
     denoise: bool,
@@ -58,6 +62,9 @@ fn checkpoints(arguments: &MergeArguments, first: &Path) -> Result<ExitCode> {
             first.display()
         );
     }
+    if arguments.partial {
+        bail!("{}: --partial is for films", first.display());
+    }
     let file = open::<RenderArguments>(first)?;
     let asked = asked(arguments, &file.header.request);
     let ready = Ready::new(&asked)?;
@@ -79,7 +86,7 @@ fn films(arguments: &MergeArguments) -> Result<ExitCode> {
     let asked = asked(arguments, &films[0].header.request);
     let ready = Ready::new(&asked)?;
     let signals = Signals::catch(arguments.quiet)?;
-    let rendering = part::join(&ready.scene, &settings(&ready.description), films)?;
+    let rendering = part::join(&ready.scene, &settings(&ready.description), films, arguments.partial)?;
     ready.present(&rendering, &signals)
 }
 

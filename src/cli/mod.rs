@@ -10,7 +10,9 @@ mod checkpointer;
 mod choices;
 mod convert;
 mod error;
+mod farm;
 mod frames;
+mod guide;
 mod hints;
 mod image;
 mod info;
@@ -68,6 +70,12 @@ enum Command {
     Resume(resume::ResumeArguments),
     /// Make one picture of several renders of a scene that have other seeds.
     Merge(merge::MergeArguments),
+    /// Make one picture by many machines.
+    #[command(subcommand)]
+    Farm(farm::FarmCommand),
+    /// Have a guide learn what machines that share a render have found.
+    #[command(subcommand)]
+    Guide(guide::GuideCommand),
     /// Print what a scene consists of, as it is understood: triangles, materials, textures, lights, cameras.
     Info(info::InfoArguments),
     /// Write a scene of any form as a scene file (.toml) or for Mitsuba (.xml), with its meshes beside it.
@@ -91,6 +99,8 @@ pub fn run() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Resume(arguments) => resume::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
+        Command::Farm(command) => command.run(),
+        Command::Guide(command) => command.run(),
         Command::Info(arguments) => info::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Image(arguments) => image::run(&arguments),

@@ -19,7 +19,7 @@ use crate::inspect::Layers;
 use crate::io::clock::WallClock;
 use crate::render::checkpoint::{CheckpointFile, Header};
 use crate::render::guide_file::{self, GuideFingerprint};
-use crate::render::part::{Part, render_part};
+use crate::render::part::{Part, Wanted, render_part};
 use crate::render::{Checkpoint, GuideIo, Onlooker, Progress, Rendering, Settings, Stop, render_shown, resume};
 use crate::scene::description::{CameraDescription, Projection};
 use crate::scene::{FoundCamera, Scene};
@@ -50,14 +50,11 @@ pub(crate) fn run(arguments: &RenderArguments) -> Result<ExitCode> {
     if let Some(range) = arguments.animation.range()? {
         return frames::run(arguments, range);
     }
-    match arguments.part.zip(arguments.film_out.as_deref()) {
-        Some((part, path)) => film(arguments, part, path),
-        None => render(arguments, None),
-    }
+    arguments.part.map_or_else(|| render(arguments, None), |part| shared(arguments, part))
 }
 
-/// Renders part of the samples, into a film of their own.
-fn film(arguments: &RenderArguments, (number, parts): (u32, u32), path: &Path) -> Result<ExitCode> {
+/// Renders part of the samples, into a film of their own or for a guide to learn from.
+fn shared(arguments: &RenderArguments, (number, parts): (u32, u32)) -> Result<ExitCode> {
     let ready = Ready::new(arguments)?;
     let Ready { description, scene, bar, .. } = &ready;
     let spp = description.render.spp;
@@ -71,17 +68,20 @@ fn film(arguments: &RenderArguments, (number, parts): (u32, u32), path: &Path) -
         bar.update(progress);
         !signals.stop().is_asked()
     };
-    let film = render_part(scene, &settings, guide.as_ref(), part, signals.stop(), &mut observer);
-    let Some(film) = film else {
-        say(&format!("error: {}: not written, since the part was stopped", path.display()));
+    let (film, lesson) = (arguments.film_out.as_deref(), arguments.learn_out.as_deref());
+    let paths = || film.into_iter().chain(lesson).map(Path::display);
+    let wanted = Wanted { film: film.is_some(), lesson: lesson.is_some() };
+    let done = render_part(scene, &settings, guide.as_ref(), (part, wanted), signals.stop(), &mut observer);
+    let Some(done) = done else {
+        paths().for_each(|path| say(&format!("error: {path}: not written, since the part was stopped")));
         return Ok(signals.exit_code());
     };
     bar.stage(Stage::Writing);
     let request = arguments.settled(&ready.outputs, &description.render)?;
-    film.write(path, &Header::new(scene, &settings, request))?;
+    done.write(&Header::new(scene, &settings, request), film, lesson)?;
     ready.bar.finish();
     if !arguments.quiet {
-        say(&format!("wrote {}", path.display()));
+        paths().for_each(|path| say(&format!("wrote {path}")));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -117,10 +117,22 @@ pub(super) struct Ready<'a> {
 impl<'a> Ready<'a> {
     /// Starts the threads, checks what can be checked, and loads the scene.
     pub(super) fn new(arguments: &'a RenderArguments) -> Result<Ready<'a>> {
+        Ready::writing(arguments, RenderArguments::outputs)
+    }
+
+    /// The same where no picture will be written.
+    pub(super) fn without_outputs(arguments: &'a RenderArguments) -> Result<Ready<'a>> {
+        Ready::writing(arguments, |_| Ok(Outputs::default()))
+    }
+
+    fn writing(
+        arguments: &'a RenderArguments,
+        outputs: impl FnOnce(&RenderArguments) -> Result<Outputs>,
+    ) -> Result<Ready<'a>> {
         progress::choose(arguments.show());
         let threads = arguments.choices.machine.start(arguments.quiet)?;
         let (description, warnings) = arguments.load()?;
-        let outputs = arguments.outputs()?;
+        let outputs = outputs(arguments)?;
         check_options(arguments, &description, &outputs)?;
         // Whoever lacks the library learns it now and not when hours are gone.
         let denoiser = arguments.denoise.then(|| Denoiser::new(rayon::current_num_threads())).transpose()?;

@@ -10,11 +10,11 @@ use crate::film::{FilmSettings, MAX_SIDE};
 use crate::format;
 use crate::format::SceneFile;
 use crate::format::reference::help;
-use crate::guiding::settings::{GuidingMethod, Updates};
+use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
 use crate::image::{Exposure, Rectangle, Tone};
 use crate::render::{Order, RenderSettings};
 use anyhow::{Result, anyhow, bail, ensure};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "Examples:
@@ -28,7 +28,7 @@ const EXAMPLES: &str = "Examples:
   phototaxis render scene.toml --spp 64 --guide-in scene.guide --set 'camera.origin=[0, 1, 4]'";
 
 #[derive(Args, Clone, serde::Serialize, serde::Deserialize)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, group = ArgGroup::new("of_part").multiple(true))]
 pub(crate) struct RenderArguments {
     /// Scene (.toml, .json, .xml, .gltf, .glb, .pbrt) or model (.obj, .ply).
     pub(super) scene: PathBuf,
@@ -75,14 +75,20 @@ pub(crate) struct RenderArguments {
     /// [default: 10s for previews, 5m for checkpoints]
     #[arg(long, value_name = "SECONDS|1m30s", value_parser = amounts::seconds)]
     pub(super) every: Option<f64>,
-    /// Renders part K of N of the samples alone, into --film-out; merge makes a picture of all parts, the same however many
-    /// they are. Without a guide (--guide none), or with one from --guide-in, which then stays as it is.
-    #[arg(long, value_name = "K/N", value_parser = amounts::part, requires = "film_out",
+    /// Renders part K of N of the samples alone, into --film-out or --learn-out; merge makes a picture of all parts, the same
+    /// however many they are, and guide merge a guide. Without a guide (--guide none), or with one from --guide-in, which then
+    /// stays as it is.
+    #[arg(long, value_name = "K/N", value_parser = amounts::part, requires = "of_part",
           conflicts_with_all = ["output", "time", "noise", "preview", "serve", "tev", "checkpoint", "guide_out", "guide_layers", "denoise", "json"])]
     pub(super) part: Option<(u32, u32)>,
     /// Where the samples of a part go.
-    #[arg(long, value_name = "FILE", requires = "part")]
+    #[arg(long, value_name = "FILE", requires = "part", group = "of_part")]
     pub(super) film_out: Option<PathBuf>,
+    /// Where what a part teaches the guide goes, that of --guide-in or one that knows nothing yet: guide merge has it learn from
+    /// all parts.
+    #[arg(long, value_name = "FILE", requires = "part", group = "of_part")]
+    #[serde(skip)]
+    pub(super) learn_out: Option<PathBuf>,
     #[command(flatten)]
     #[serde(skip)]
     pub(super) animation: FrameArguments,
@@ -171,8 +177,8 @@ impl RenderArguments {
 
     /// The files that will be written.
     pub(super) fn outputs(&self) -> Result<Outputs> {
-        if let Some(path) = &self.film_out {
-            check_writable(path)?;
+        if self.part.is_some() {
+            self.film_out.iter().chain(&self.learn_out).try_for_each(|path| check_writable(path))?;
             return Ok(Outputs::default());
         }
         if let Some(range) = self.animation.range()? {
@@ -201,6 +207,7 @@ impl RenderArguments {
             every: None,
             part: None,
             film_out: None,
+            learn_out: None,
             ..self.clone()
         }
     }
@@ -272,20 +279,35 @@ fn crop(film: &mut FilmSettings, part: &Rectangle) -> Result<()> {
     film.check_crop().map_err(|error| anyhow!("--crop: {error}"))
 }
 
+const LEARNS_TOGETHER: &str = "--learn-out needs guiding.method auto, adaptive or grid, with guiding.normals, and guiding.table tree or \
+    hemisphere: what other guides learn depends on the order of samples";
+
 /// Refuses a part of a render whose samples depend on each other.
 fn check_part(arguments: &RenderArguments, scene: &SceneFile) -> Result<()> {
     let (guiding, render) = (&scene.guiding, &scene.render);
-    let learns = guiding.method != GuidingMethod::None && arguments.guide_in.is_none();
+    let (guided, teaches) = (guiding.method != GuidingMethod::None, arguments.learn_out.is_some());
     ensure!(
-        !learns,
-        "--part needs --guide none, or --guide-in with what was learnt before: parts learn nothing of each other"
+        !guided || arguments.guide_in.is_some() || teaches,
+        "--part needs --guide none, or --guide-in with what was learnt before, or --learn-out: parts learn nothing of each other"
     );
+    ensure!(guided || !teaches, "--learn-out needs a guide, and guiding.method is none");
+    ensure!(!teaches || learns_from_sums(guiding), LEARNS_TOGETHER);
     ensure!(guiding.updates == Updates::Frozen, "--part needs guiding.updates = \"frozen\": its guide stays as it is");
     let ends_by_samples = render.time.is_none() && render.noise.is_none();
     ensure!(ends_by_samples, "--part needs a number of samples, and render.time or render.noise is given");
     ensure!(render.order == Order::Progressive, "--part needs render.order = \"progressive\"");
     ensure!(!render.wants_ids(), "--part cannot render the layer cryptomatte");
     Ok(())
+}
+
+/// Whether machines can teach such a guide together.
+fn learns_from_sums(guiding: &GuidingSettings) -> bool {
+    let space = match guiding.method {
+        GuidingMethod::Auto | GuidingMethod::Adaptive => true,
+        GuidingMethod::Grid => guiding.normals,
+        GuidingMethod::None | GuidingMethod::Voronoi | GuidingMethod::SdTree => false,
+    };
+    space && guiding.table != DirectionTable::Sphere
 }
 
 /// Refuses options that could do nothing.

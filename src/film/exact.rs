@@ -1,18 +1,16 @@
 //! Sums of samples that do not depend on their order: parts of a render add up to the same bits, however many there are.
 //!
-//! A sum is an integer, in units of 2⁻⁶⁴ of what it sums: radiance in the scene's own unit, where it is about one, squares of it,
-//! directions, and places in the scene's unit of length. A sample in single precision has 24 bits, so that all larger than
-//! 2⁻⁴⁰ are added without rounding, and smaller ones are rounded towards zero, to the same on every machine. Sums reach to 2⁶³.
+//! A sum is an integer ([`crate::math::fixed`]) of radiance in the scene's own unit, where it is about one, of squares of it, of
+//! directions, and of places in the scene's unit of length.
 
 use super::RadianceLayer;
 use super::accumulate::{Estimate, PictureIds};
 use super::tile::{Aovs, Tile, TileSamples};
 use crate::math::Rgb;
+use crate::math::fixed::{fixed, value};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, PoisonError};
-
-const UNIT: f64 = (1u128 << 64) as f64;
 
 /// Numbers of an [`Aovs`].
 const FEATURES: usize = 14;
@@ -33,14 +31,6 @@ impl Sum3 {
     fn value(self) -> DVec3 {
         self.0.map(value).into()
     }
-}
-
-fn fixed(v: f32) -> i128 {
-    (f64::from(v) * UNIT) as i128
-}
-
-fn value(sum: i128) -> f64 {
-    sum as f64 / UNIT
 }
 
 /// Sums over the samples of a tile's pixels.

@@ -12,6 +12,8 @@ const FORGET_SECOND: f32 = 0.999;
 const EPSILON: f32 = 1e-8;
 /// Pull towards the initial fraction.
 const REGULARISATION: f32 = 0.01;
+/// Halvings of the range of θ: to the last bit of single precision.
+const BISECTIONS: usize = 32;
 /// Largest |θ|.
 const LIMIT: f32 = 20.0;
 
@@ -78,6 +80,32 @@ impl BsdfFraction {
         self.steps = self.steps.saturating_add(1);
         self.mean += (contribution - self.mean) / self.steps as f32;
         self.step(REGULARISATION * (self.theta - origin) - contribution / self.mean * slope);
+    }
+
+    /// Learns from so many directions at once, whose contributions have the sum `whole`: goes to where the divergence and the
+    /// regularisation balance, by as much as so many steps could. `slope` is the mean of (p_bsdf − p_guide) over the mixture's
+    /// density at any share of the BSDF, weighed by contributions.
+    pub fn learn_all(&mut self, steps: u64, whole: f64, origin: f32, slope: impl Fn(f64) -> f64) {
+        let gradient = |theta: f64| {
+            let share = 1.0 / (1.0 + (-theta).exp());
+            f64::from(REGULARISATION) * (theta - f64::from(origin)) - share * (1.0 - share) * slope(share)
+        };
+        let (limit, far) = (f64::from(LIMIT), f64::from(RATE) * steps as f64);
+        let [mut low, mut high] = [-far, far].map(|by| (f64::from(self.theta) + by).clamp(-limit, limit));
+        // the gradient rises from below 0 to above it
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if gradient(middle) > 0.0 { high = middle } else { low = middle }
+        }
+        let before = f64::from(self.mean) * f64::from(self.steps);
+        let all = f64::from(self.steps) + steps as f64;
+        *self = BsdfFraction {
+            theta: (0.5 * (low + high)) as f32,
+            first: 0.0,
+            second: 0.0,
+            mean: ((before + whole) / all).clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32,
+            steps: u64::from(self.steps).saturating_add(steps).min(u32::MAX.into()) as u32,
+        };
     }
 
     /// One step of Adam.

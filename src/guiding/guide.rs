@@ -22,9 +22,9 @@ pub struct Guide<S: SpatialPartition = Partition, D: DirectionalModel = Model> {
     pub(super) snapshot: Snapshot<S, D>,
     method: GuidingMethod,
     schedule: Schedule,
-    rate: Rate,
+    pub(super) rate: Rate,
     /// Logit of the BSDF's share where nothing is known yet.
-    origin: f32,
+    pub(super) origin: f32,
     /// An iteration ended, and the next one has not begun to learn: only then do earlier visits lose weight.
     pub(super) ended: bool,
     /// Bytes for partition and regions.
@@ -133,6 +133,15 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
         recorders: &'a [&'a Recorder],
     ) -> (&'a Snapshot<S, D>, Vec<UpdateJob<'a, S, D>>) {
         recorders.iter().for_each(|recorder| self.partition.observe(recorder.points()));
+        self.forget();
+        let (shards, model, room) = self.store.parts_mut();
+        let rules = Rules { partition: &self.partition, model, rate: self.rate, origin: self.origin, room };
+        let job = |(number, shard)| UpdateJob { rules, shard, number, recorders };
+        (&self.snapshot, shards.iter_mut().enumerate().map(job).collect())
+    }
+
+    /// Begins to learn from an iteration, if that has not begun: earlier visits lose weight.
+    pub(super) fn forget(&mut self) {
         if std::mem::take(&mut self.ended) {
             let retain = self.schedule.retain(self.rate, self.growth);
             self.store.for_each(|model, region| {
@@ -140,10 +149,6 @@ impl<S: SpatialPartition, D: DirectionalModel> Guide<S, D> {
                 region.begin();
             });
         }
-        let (shards, model, room) = self.store.parts_mut();
-        let rules = Rules { partition: &self.partition, model, rate: self.rate, origin: self.origin, room };
-        let job = |(number, shard)| UpdateJob { rules, shard, number, recorders };
-        (&self.snapshot, shards.iter_mut().enumerate().map(job).collect())
     }
 
     /// What was learnt so far becomes the snapshot, in the middle of an iteration: the paper's on-line updates. Of the

@@ -5,7 +5,8 @@
 //! are the actions. Q(s, a) is the radiance (luminance) that arrives at s from a. Any partition and any model make a
 //! [`Guide`]; the SD-tree is a binary tree over space with quadtrees of directions, and a schedule of its own.
 //!
-//! Tiles record transitions, [`UpdateJob`]s fold them into the regions, and a [`Snapshot`] is what an iteration samples
+//! Tiles record transitions, [`UpdateJob`]s fold them into the regions (or [`Lesson`]s sum them up, for machines that share an
+//! iteration), and a [`Snapshot`] is what an iteration samples
 //! from. Nothing here knows of materials, integrators or Embree.
 
 mod bsdf_fraction;
@@ -13,6 +14,7 @@ mod diagnostics;
 mod directional;
 mod guide;
 mod hue;
+mod lesson;
 mod memory;
 mod packed_direction;
 mod persist;
@@ -34,6 +36,7 @@ pub(crate) use directional::hemitree::Node;
 pub(crate) use directional::{GlossyLobe, GuideLanes, GuidingDistribution};
 pub use guide::Guide;
 pub use hue::Hue;
+pub(crate) use lesson::{Lesson, RegionSums};
 pub use packed_direction::PackedDirection;
 pub(crate) use persist::Stored;
 pub use recorder::{Recorder, Transition};

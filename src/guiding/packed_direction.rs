@@ -8,6 +8,9 @@ use glam::{Vec2, Vec3};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PackedDirection(u32);
 
+/// Bits of each coordinate by which cells of the sphere are told apart.
+const CELL_BITS: u32 = 5;
+
 const STEPS: f32 = u16::MAX as f32;
 
 impl PackedDirection {
@@ -42,6 +45,23 @@ impl PackedDirection {
     #[inline(always)]
     pub fn from_bits(bits: u32) -> PackedDirection {
         PackedDirection(bits)
+    }
+
+    /// Cells of [`Self::cell`].
+    pub(crate) const CELLS: u32 = 1 << (2 * CELL_BITS);
+
+    /// Which of [`Self::CELLS`] cells of the sphere it lies in, squares of the octahedral map.
+    #[inline]
+    pub(crate) fn cell(self) -> u32 {
+        let coordinate = |v: u32| v >> (16 - CELL_BITS);
+        coordinate(self.0 & 0xffff) | coordinate(self.0 >> 16) << CELL_BITS
+    }
+
+    /// The middle of such a cell.
+    pub(crate) fn of_cell(cell: u32) -> PackedDirection {
+        let (side, half) = ((1 << CELL_BITS) - 1, 1 << (15 - CELL_BITS));
+        let coordinate = |v: u32| (v & side) << (16 - CELL_BITS) | half;
+        PackedDirection(coordinate(cell) | coordinate(cell >> CELL_BITS) << 16)
     }
 
     #[inline(always)]

@@ -39,6 +39,14 @@ pub struct Transition {
     pub rays: u16,
 }
 
+impl Transition {
+    /// How much light the direction brought, over the albedo and the density with which it was drawn.
+    #[inline]
+    pub(super) fn contribution(&self) -> f32 {
+        self.target * self.scattered.abs() / self.pdf
+    }
+}
+
 /// Owned by one tile while it renders, then folded into the table in the order of tiles.
 #[derive(Debug)]
 pub struct Recorder {

@@ -26,6 +26,20 @@ pub struct Region<L> {
 }
 
 impl<L> Region<L> {
+    /// One that is met now for the first time. `origin` as in [`Self::visit`].
+    pub(super) fn new(key: RegionId, normal: Vec3, directions: L, origin: f32) -> Region<L> {
+        Region {
+            key,
+            normal,
+            directions,
+            visits: 0.0,
+            fresh: 0.0,
+            met: true,
+            returns: ReturnMoments::default(),
+            fraction: BsdfFraction::at(origin),
+        }
+    }
+
     /// Counts a visit in, but for its direction. `origin` is the logit of the share of the BSDF that learning starts at.
     #[inline(always)]
     pub(super) fn visit(&mut self, transition: &Transition, origin: f32) {
@@ -33,8 +47,8 @@ impl<L> Region<L> {
         self.fresh += 1.0;
         self.met = true;
         self.returns.add(transition);
-        let Transition { target, scattered, pdf, bsdf_pdf, guide_pdf, .. } = *transition;
-        self.fraction.learn(target * scattered.abs() / pdf, bsdf_pdf, guide_pdf, origin);
+        let Transition { bsdf_pdf, guide_pdf, .. } = *transition;
+        self.fraction.learn(transition.contribution(), bsdf_pdf, guide_pdf, origin);
     }
 
     /// Leaves earlier visits a share of their weight.
@@ -86,14 +100,18 @@ pub struct ReturnMoments {
 }
 
 impl ReturnMoments {
+    /// The estimate of a transition; `None` where it tells nothing of the region's irradiance, or its square is beyond an `f32` and
+    /// would be all that is ever known.
+    #[inline]
+    pub(super) fn estimate(transition: &Transition) -> Option<f32> {
+        let estimate = transition.target * transition.scattered / transition.pdf;
+        (transition.scattered > 0.0 && (estimate * estimate).is_finite()).then_some(estimate)
+    }
+
     /// Counts a transition in.
     #[inline]
     fn add(&mut self, transition: &Transition) {
-        let estimate = transition.target * transition.scattered / transition.pdf;
-        // one whose square is beyond an `f32` would be all that is ever known
-        if transition.scattered <= 0.0 || !(estimate * estimate).is_finite() {
-            return;
-        }
+        let Some(estimate) = ReturnMoments::estimate(transition) else { return };
         self.weight += 1.0;
         let step = 1.0 / self.weight;
         self.mean += (estimate - self.mean) * step;

@@ -1,11 +1,10 @@
 //! What one shard learns from transitions: the innermost loop of learning.
 
-use super::bsdf_fraction::BsdfFraction;
 use super::directional::{DirectionalModel, Model};
 use super::memory::region_bytes;
 use super::packed_direction::PackedDirection;
 use super::recorder::{Recorder, Transition};
-use super::region::{Region, ReturnMoments};
+use super::region::Region;
 use super::spatial::{Partition, SpatialPartition};
 use super::store::Shard;
 use crate::guiding::settings::Rate;
@@ -95,16 +94,8 @@ impl<S: SpatialPartition, D: DirectionalModel> UpdateJob<'_, S, D> {
     #[cold]
     fn make_room(&mut self, transition: &Transition) -> bool {
         let Rules { partition, model, origin, room, .. } = self.rules;
-        let region = Region {
-            key: transition.key,
-            normal: partition.normal(transition.key).unwrap_or_else(|| transition.normal.unpack()),
-            directions: model.untrained(),
-            visits: 0.0,
-            fresh: 0.0,
-            met: true,
-            returns: ReturnMoments::default(),
-            fraction: BsdfFraction::at(origin),
-        };
+        let normal = partition.normal(transition.key).unwrap_or_else(|| transition.normal.unpack());
+        let region = Region::new(transition.key, normal, model.untrained(), origin);
         let fits = self.shard.bytes() + region_bytes(model, &region) <= room;
         if fits {
             self.shard.insert(model, region);

@@ -1,6 +1,7 @@
 //! Numbers: colours, warps from the unit square, random numbers, discrete distributions, numbers side by side.
 
 pub mod alias;
+pub(crate) mod fixed;
 mod frame;
 pub(crate) mod hash;
 pub mod rng;

@@ -1,10 +1,11 @@
 //! Guides in files: what one render has learnt, another begins with.
 //!
 //! All numbers are little-endian: 8 bytes [`MAGIC`], the format's version (`u32`), the number of bytes of the body
-//! (`u64`), the body, and the CRC-32 (IEEE 802.3) of all before it. The body is a [`Header`], and then what was learnt,
-//! both in the wire format of the crate `postcard`. Radiance in it is in the
-//! scene's own unit of light.
+//! (`u64`), the body, and the CRC-32 (IEEE 802.3) of all before it. The body is a [`Header`], then what was learnt, then the
+//! [`View`] in which it was, where that is known; all in the wire format of the crate `postcard`. Radiance in it is in the scene's
+//! own unit of light.
 
+use super::view::View;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use crate::guiding::{Guide, Stored};
 use crate::integrator::IntegratorSettings;
@@ -19,7 +20,7 @@ use std::path::Path;
 
 const MAGIC: [u8; 8] = *b"PTXGUIDE";
 /// Changes whenever older files would be read wrongly.
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 /// Bytes before the body, and after it.
 const HEAD: usize = 20;
 const TAIL: usize = 4;
@@ -47,6 +48,8 @@ pub struct LoadedGuide {
     /// Tells apart what was learnt. A render that begins with it must not draw the random numbers that it was learnt
     /// with: what is drawn from a guide must know nothing of it.
     pub salt: u64,
+    /// What roulette goes by, where machines have learnt it together with the guide.
+    pub(crate) view: Option<View>,
 }
 
 impl LoadedGuide {
@@ -65,7 +68,7 @@ impl LoadedGuide {
         let new = Guide::new(guiding, bounds, std::iter::empty());
         let mut new = new.ok_or_else(|| fault("guiding.method is none".into()))?;
         new.restore(guide.stored()).map_err(fault)?;
-        Ok(LoadedGuide { guide: new, paths, salt: 0 })
+        Ok(LoadedGuide { guide: new, paths, salt: 0, view: None })
     }
 }
 
@@ -123,9 +126,23 @@ fn settings(guiding: &GuidingSettings, integrator: &IntegratorSettings) -> BTree
 /// # Errors
 /// All failures to write.
 pub fn write(path: &Path, guide: &Guide, subject: &GuideFingerprint, paths: u64) -> Result<()> {
+    write_with_view(path, guide, subject, paths, None)
+}
+
+/// The same with the view in which it has learnt.
+///
+/// # Errors
+/// All failures to write.
+pub(crate) fn write_with_view(
+    path: &Path,
+    guide: &Guide,
+    subject: &GuideFingerprint,
+    paths: u64,
+    view: Option<&View>,
+) -> Result<()> {
     let header = Header { subject: subject.clone(), paths };
     let fail = |error: postcard::Error| Error::file(path, format!("the guide cannot be stored: {error}"));
-    let body = postcard::to_stdvec(&(header, guide.stored())).map_err(fail)?;
+    let body = postcard::to_stdvec(&(header, guide.stored(), view)).map_err(fail)?;
     let mut head = [0; HEAD];
     head[..8].copy_from_slice(&MAGIC);
     head[8..12].copy_from_slice(&VERSION.to_le_bytes());
@@ -167,13 +184,14 @@ pub fn read(
     if let Some(conflict) = header.subject.conflict(subject) {
         return Err(bad(&conflict));
     }
-    let (stored, left): (Stored, _) = postcard::take_from_bytes(body).map_err(malformed)?;
+    let (stored, rest): (Stored, _) = postcard::take_from_bytes(body).map_err(malformed)?;
+    let (view, left): (Option<View>, _) = postcard::take_from_bytes(rest).map_err(malformed)?;
     let guide = Guide::new(guiding, bounds, std::iter::empty());
     let mut guide = guide.ok_or_else(|| bad("guiding.method is none: no guide is used"))?;
     guide.restore(stored).map_err(|message| bad(&message))?;
     let salt = mix(u64::from(checksum(&head, body)));
     if left.is_empty() {
-        Ok(LoadedGuide { guide, paths: header.paths, salt })
+        Ok(LoadedGuide { guide, paths: header.paths, salt, view })
     } else {
         Err(bad("the guide is malformed"))
     }

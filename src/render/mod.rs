@@ -4,6 +4,7 @@ pub(crate) mod checkpoint;
 mod driver;
 mod foresight;
 pub mod guide_file;
+pub(crate) mod lesson;
 mod limits;
 pub(crate) mod merge;
 mod noise;
@@ -17,6 +18,7 @@ mod settings;
 mod state;
 mod tracer;
 mod training;
+mod view;
 mod workers;
 
 pub use checkpoint::Checkpoint;

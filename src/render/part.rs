@@ -5,17 +5,19 @@
 
 use super::checkpoint::Header;
 use super::guide_file::LoadedGuide;
+use super::lesson::{Class, PartLesson};
 use super::limits::Limits;
 use super::onlooker::in_watts;
 use super::schedule::Tiling;
 use super::sealed::{Kind, SealedFile};
+use super::state::new_guide;
 use super::{IterationReport, Observer, Progress, Rendering, Settings, Stop};
 use crate::Result;
 use crate::film::accumulate::FEATURE_SAMPLES;
 use crate::film::tile::Tile;
 use crate::film::{ExactFilm, TileSums};
 use crate::integrator::path::GuideUse;
-use crate::integrator::{Batch, Counters, PathIntegrator, Task};
+use crate::integrator::{Batch, BatchResult, Counters, PathIntegrator, Task};
 use crate::io::clock::CpuTime;
 use crate::scene::Scene;
 use rayon::prelude::*;
@@ -48,42 +50,57 @@ impl Part {
 
 /// What took part in making samples, and how long that took.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Account {
+pub(super) struct Account {
     /// Tells guides apart.
-    guide: Option<u64>,
-    counters: Counters,
+    pub guide: Option<u64>,
+    pub counters: Counters,
     wall_seconds: f64,
     cpu: CpuTime,
 }
 
-/// The samples of a part.
-pub(crate) struct PartFilm {
-    part: Part,
-    account: Account,
-    film: ExactFilm,
+/// What is wanted of a part: its samples, or what they teach, or both.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    pub(crate) film: bool,
+    pub(crate) lesson: bool,
 }
 
-/// Renders a part of a scene, with a guide that stays as it is or without one; `None` where it was stopped.
+/// What was wanted of a part.
+pub(crate) struct Done {
+    part: Part,
+    account: Account,
+    film: Option<ExactFilm>,
+    lesson: Option<PartLesson>,
+}
+
+/// Renders a part of a scene, with a guide that stays as it is or without one; `None` where it was stopped. What is to be learnt
+/// where there is no guide yet is for one that knows nothing.
 pub(crate) fn render_part(
     scene: &Scene,
     settings: &Settings,
     guide: Option<&LoadedGuide>,
-    part: Part,
+    (part, wanted): (Part, Wanted),
     stop: &Stop,
     observer: Observer,
-) -> Option<PartFilm> {
+) -> Option<Done> {
     let limits = Limits::from_now(None, stop);
     let layers = settings.render.radiance_layers(scene.light_groups().names().len());
+    let tiling = Tiling::of_single_samples(scene.camera.width, scene.camera.height);
+    let tiles = tiling.tiles();
+    let new = if wanted.lesson && guide.is_none() { new_guide(scene, &settings.guiding) } else { None };
+    let used = guide.map(|loaded| &loaded.guide).or(new.as_ref());
+    let view = guide.and_then(|loaded| loaded.view.as_ref());
+    let efficiency = view.and_then(|view| view.of(&scene.hash_text(), &tiles, scene.camera.width));
     let work = Work {
         integrator: PathIntegrator {
             scene,
             camera: &scene.camera,
             settings: &settings.integrator,
-            guide: guide.map(|loaded| GuideUse {
-                field: loaded.guide.field(),
+            guide: used.map(|guide| GuideUse {
+                field: guide.field(),
                 settings: &settings.guiding,
-                learn: false,
-                efficiency: None,
+                learn: wanted.lesson,
+                efficiency: efficiency.as_ref(),
             }),
             seed: settings.render.seed ^ guide.map_or(0, |loaded| loaded.salt),
             sampler: settings.render.sampler,
@@ -93,8 +110,9 @@ pub(crate) fn render_part(
             bounced: false,
             layers: &layers,
         },
-        tiling: Tiling::of_single_samples(scene.camera.width, scene.camera.height),
-        film: empty_film(scene, settings),
+        film: wanted.film.then(|| empty_film(scene, settings)),
+        class: used.filter(|_| wanted.lesson).map(|guide| Class::new(guide, &tiles)),
+        tiles,
         batches: Mutex::default(),
         stop,
     };
@@ -112,14 +130,15 @@ pub(crate) fn render_part(
     }
     let guide = guide.map(|loaded| loaded.salt);
     let account = Account { guide, counters, wall_seconds: limits.elapsed(), cpu: limits.spent().cpu };
-    Some(PartFilm { part, account, film: work.film })
+    Some(Done { part, account, film: work.film, lesson: work.class.map(Class::end) })
 }
 
 /// What threads work on.
 struct Work<'a> {
     integrator: PathIntegrator<'a>,
-    tiling: Tiling,
-    film: ExactFilm,
+    tiles: Vec<Tile>,
+    film: Option<ExactFilm>,
+    class: Option<Class<'a>>,
     batches: Mutex<Vec<Batch>>,
     stop: &'a Stop,
 }
@@ -127,7 +146,7 @@ struct Work<'a> {
 impl Work<'_> {
     /// Takes these samples of all pixels; `None` where that was stopped.
     fn stretch(&self, samples: Range<u32>) -> Option<Counters> {
-        let tiles = self.tiling.tiles();
+        let tiles = &self.tiles;
         let task =
             |sample: u32| move |(k, tile): (usize, &Tile)| (k, Task { tile: *tile, first_sample: sample, samples: 1 });
         let tasks: Vec<(usize, Task)> = samples.flat_map(|sample| tiles.iter().enumerate().map(task(sample))).collect();
@@ -146,10 +165,19 @@ impl Work<'_> {
             true => None,
             false => integrator.render_probed(task, &mut batch, &mut (), self.stop),
         };
+        let result = result.inspect(|result| self.take(number, task, result));
+        let (recorder, counters) = result.map_or((None, None), |result| (result.recorder, Some(result.counters)));
+        recorder.into_iter().for_each(|recorder| batch.recorder = recorder.emptied());
         pool().push(batch);
-        let result = result?;
-        self.film.add(number, &result.samples);
-        Some(result.counters)
+        counters
+    }
+
+    /// Keeps what is wanted of a batch.
+    fn take(&self, number: usize, task: &Task, result: &BatchResult) {
+        self.film.iter().for_each(|film| film.add(number, &result.samples));
+        if let Some((class, recorder)) = self.class.as_ref().zip(result.recorder.as_ref()) {
+            class.learn(number, &task.tile, &result.samples, recorder);
+        }
     }
 }
 
@@ -159,23 +187,45 @@ fn empty_film(scene: &Scene, settings: &Settings) -> ExactFilm {
     ExactFilm::new(width, height, Tiling::of_single_samples(width, height).tiles(), &layers)
 }
 
-impl PartFilm {
-    /// Writes it, as a whole or not at all.
+impl Done {
+    /// Writes what was wanted, each file as a whole or not at all.
     ///
     /// # Errors
     /// All failures to write.
-    pub(crate) fn write<R: Serialize>(self, path: &Path, header: &Header<R>) -> Result<()> {
-        KIND.write(path, &(header, &self.part, &self.account, self.film.into_tiles()))
+    pub(crate) fn write<R: Serialize>(
+        self,
+        header: &Header<R>,
+        film_out: Option<&Path>,
+        lesson_out: Option<&Path>,
+    ) -> Result<()> {
+        let Done { part, account, film, lesson } = self;
+        if let Some((film, path)) = film.zip(film_out) {
+            KIND.write(path, &(header, &part, &account, film.into_tiles()))?;
+        }
+        lesson.zip(lesson_out).map_or(Ok(()), |(lesson, path)| lesson.write(path, header, (&part, &account)))
     }
 }
 
-/// A film of a part, of which all but the samples is read.
+/// A film or lesson of a part, of which all but the sums is read.
 pub(crate) struct PartFile<R> {
     path: PathBuf,
     pub(crate) header: Header<R>,
-    part: Part,
-    account: Account,
-    file: SealedFile,
+    pub(super) part: Part,
+    pub(super) account: Account,
+    pub(super) file: SealedFile,
+}
+
+impl<R: DeserializeOwned> PartFile<R> {
+    pub(super) fn open(kind: &'static Kind, path: &Path) -> Result<PartFile<R>> {
+        let mut file = kind.open(path)?;
+        let (header, part, account) = (file.take()?, file.take()?, file.take()?);
+        Ok(PartFile { path: path.to_path_buf(), header, part, account, file })
+    }
+
+    /// Processor time that the part took.
+    pub(crate) fn cpu_seconds(&self) -> f64 {
+        self.account.cpu.seconds()
+    }
 }
 
 /// Whether a file is such a film, of whatever version.
@@ -189,21 +239,28 @@ pub(crate) fn is_film(path: &Path) -> bool {
 /// [`crate::Error::Io`] where there is no such file; [`crate::Error::File`] for one that is no film, of another version, truncated
 /// or damaged.
 pub(crate) fn open<R: DeserializeOwned>(path: &Path) -> Result<PartFile<R>> {
-    let mut file = KIND.open(path)?;
-    let (header, part, account) = (file.take()?, file.take()?, file.take()?);
-    Ok(PartFile { path: path.to_path_buf(), header, part, account, file })
+    PartFile::open(&KIND, path)
 }
 
-/// Joins the films of all parts of a render, in any order.
+/// Joins the films of all parts of a render, in any order; if `partial`, of those that there are.
 ///
 /// # Errors
-/// Films of another scene, of other settings, with another seed or guide; samples that two films hold, or none.
-pub(crate) fn join<R>(scene: &Scene, settings: &Settings, mut files: Vec<PartFile<R>>) -> Result<Rendering> {
-    files.sort_by_key(|file| file.part.samples.start);
-    check(scene, settings, &files)?;
+/// Films of another scene, of other settings, with another seed or guide; samples that two films hold, or, unless `partial`, none.
+pub(crate) fn join<R>(
+    scene: &Scene,
+    settings: &Settings,
+    mut files: Vec<PartFile<R>>,
+    partial: bool,
+) -> Result<Rendering> {
+    check(scene, settings, &mut files, partial)?;
     let mut film = empty_film(scene, settings);
     let (mut counters, mut wall_seconds, mut cpu) = (Counters::default(), 0.0, CpuTime::default());
-    let spp = files.first().map_or(0, |file| file.part.spp);
+    // each film has as many samples of one pixel as of another
+    let count = |below: u32| -> u32 {
+        let of_file = |Range { start, end }: &Range<u32>| *end.min(&below) - *start.min(&below);
+        files.iter().map(|file| of_file(&file.part.samples)).sum()
+    };
+    let (spp, averaged) = (count(u32::MAX), count(FEATURE_SAMPLES));
     for mut file in files {
         add_tiles(&mut film, &mut file.file)?;
         counters.add(&file.account.counters);
@@ -212,7 +269,7 @@ pub(crate) fn join<R>(scene: &Scene, settings: &Settings, mut files: Vec<PartFil
     }
     let iteration = IterationReport { samples: spp, wall_seconds, counters, ..IterationReport::default() };
     Ok(Rendering {
-        estimate: in_watts(film.finish(spp, spp.min(FEATURE_SAMPLES)), scene.light_unit()),
+        estimate: in_watts(film.finish(spp, averaged), scene.light_unit()),
         iterations: vec![iteration],
         training: Vec::new(),
         samples: spp,
@@ -242,8 +299,9 @@ fn add_tiles(film: &mut ExactFilm, file: &mut SealedFile) -> Result<()> {
     if file.is_at_end() { Ok(()) } else { Err(malformed(file)) }
 }
 
-/// That all are parts of the same render, and each sample is in one of them.
-fn check<R>(scene: &Scene, settings: &Settings, files: &[PartFile<R>]) -> Result<()> {
+/// Puts parts in their order, if all are of the same render, and each sample is in one of them, or `partial`, in one at most.
+pub(super) fn check<R>(scene: &Scene, settings: &Settings, files: &mut [PartFile<R>], partial: bool) -> Result<()> {
+    files.sort_by_key(|file| file.part.samples.start);
     let Some(first) = files.first() else { return Ok(()) };
     let mut next = 0;
     for (k, file) in files.iter().enumerate() {
@@ -263,12 +321,12 @@ fn check<R>(scene: &Scene, settings: &Settings, files: &[PartFile<R>]) -> Result
             let other = files[k - 1].path.display();
             return Err(file.file.error(&format!("its samples {start} to {} are in {other} too", next.min(end) - 1)));
         }
-        if start > next {
+        if start > next && !partial {
             return Err(file.file.error(&format!("samples {next} to {} before it are in no file", start - 1)));
         }
         next = end;
     }
-    if next < first.part.spp {
+    if next < first.part.spp && !partial {
         let last = files.last().unwrap_or(first);
         return Err(last.file.error(&format!("samples {next} to {} after it are in no file", first.part.spp - 1)));
     }

@@ -1,7 +1,7 @@
 //! Parts of a render make the same picture, however many there are.
 
 use super::super::{GuideIo, Rendering, Settings, Stop, guide_file, render, render_keeping};
-use super::{Header, Part, join, open, render_part};
+use super::{Done, Header, Part, Wanted, join, open, render_part};
 use crate::format;
 use crate::render::guide_file::{GuideFingerprint, LoadedGuide};
 use crate::scene::Scene;
@@ -28,14 +28,20 @@ fn files(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     for number in 1..=parts {
         let part = Part::of(number, parts, settings.render.spp).unwrap();
-        let film = pool.install(|| render_part(scene, settings, guide, part, &Stop::new(), &mut |_| true)).unwrap();
-        film.write(&folder.join(format!("{number}-{parts}")), &Header::new(scene, settings, ())).unwrap();
+        let done = pool.install(|| render_part(scene, settings, guide, (part, FILM), &Stop::new(), &mut |_| true));
+        write(done, &folder.join(format!("{number}-{parts}")), scene, settings);
     }
+}
+
+const FILM: Wanted = Wanted { film: true, lesson: false };
+
+fn write(done: Option<Done>, path: &Path, scene: &Scene, settings: &Settings) {
+    done.unwrap().write(&Header::new(scene, settings, ()), Some(path), None).unwrap();
 }
 
 fn joined(folder: &Path, names: &[&str], scene: &Scene, settings: &Settings) -> Result<Rendering, String> {
     let files = names.iter().map(|name| open::<()>(&folder.join(name)).unwrap()).collect();
-    join(scene, settings, files).map_err(|error| error.to_string())
+    join(scene, settings, files, false).map_err(|error| error.to_string())
 }
 
 fn assert_same(a: &Rendering, b: &Rendering) {
@@ -109,11 +115,12 @@ fn parts_that_make_no_whole_are_refused() {
     assert!(said(&["1-2", "2-2"], &scene, &changed).unwrap().contains("of other settings"));
     let mut other = settings.clone();
     other.render.seed = 5;
-    let film = render_part(&scene, &other, None, Part::of(2, 2, 8).unwrap(), &Stop::new(), &mut |_| true).unwrap();
-    film.write(&folder.path().join("seed"), &Header::new(&scene, &other, ())).unwrap();
+    let part = |spp| (Part::of(2, 2, spp).unwrap(), FILM);
+    let film = render_part(&scene, &other, None, part(8), &Stop::new(), &mut |_| true);
+    write(film, &folder.path().join("seed"), &scene, &other);
     has(&["1-2", "seed"], "it has another seed");
-    let film = render_part(&scene, &settings, None, Part::of(2, 2, 9).unwrap(), &Stop::new(), &mut |_| true).unwrap();
-    film.write(&folder.path().join("nine"), &Header::new(&scene, &settings, ())).unwrap();
+    let film = render_part(&scene, &settings, None, part(9), &Stop::new(), &mut |_| true);
+    write(film, &folder.path().join("nine"), &scene, &settings);
     has(&["1-2", "nine"], "more or fewer samples");
     let bytes = std::fs::read(folder.path().join("1-2")).unwrap();
     std::fs::write(folder.path().join("short"), &bytes[..bytes.len() - 9]).unwrap();
@@ -131,9 +138,32 @@ fn parts_are_as_equal_as_can_be_and_none_is_empty() {
 #[test]
 fn a_part_that_is_stopped_is_no_part() {
     let (scene, settings) = door(&["guiding.method=none"]);
-    let part = || Part::of(1, 2, 8).unwrap();
+    let part = || (Part::of(1, 2, 8).unwrap(), FILM);
     assert!(render_part(&scene, &settings, None, part(), &Stop::new(), &mut |_| false).is_none());
     let stop = Stop::new();
     stop.insist();
     assert!(render_part(&scene, &settings, None, part(), &stop, &mut |_| true).is_none());
+}
+
+#[test]
+fn films_that_are_there_make_a_picture_of_their_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, settings) = door(&["guiding.method=none", "render.spp=80"]);
+    files(folder.path(), (&scene, &settings), None, 4, 2);
+    let some = |names: &[&str]| {
+        let files = names.iter().map(|name| open::<()>(&folder.path().join(name)).unwrap()).collect();
+        join(&scene, &settings, files, true).map_err(|error| error.to_string())
+    };
+    let all = some(&["1-4", "2-4", "3-4", "4-4"]).unwrap();
+    assert_same(&all, &joined(folder.path(), &["1-4", "2-4", "3-4", "4-4"], &scene, &settings).unwrap());
+    let (outer, inner) = (some(&["1-4", "4-4"]).unwrap().estimate, some(&["2-4", "3-4"]).unwrap().estimate);
+    assert_eq!((outer.samples, inner.samples), (40, 40));
+    for (i, whole) in all.estimate.mean.iter().enumerate() {
+        let mean = 0.5 * (outer.mean[i] + inner.mean[i]);
+        assert!((mean - *whole).abs().max_element() <= 1e-5 * whole.max_element() + 1e-12, "pixel {i}: {mean} {whole}");
+    }
+    // features are of samples 0 to 31: 20 of them in the first film, the others in the second
+    let depths = [&outer, &inner, &all.estimate].map(|e| e.features.iter().map(|f| f.depth).sum::<f32>());
+    assert!((depths[0] / depths[2] - 1.0).abs() < 0.1 && (depths[1] / depths[2] - 1.0).abs() < 0.1, "{depths:?}");
+    assert!(some(&["1-4", "1-4"]).err().unwrap().contains("its samples 0 to 19 are in"));
 }

@@ -131,7 +131,7 @@ impl Record {
 }
 
 /// A guide that has learnt nothing, with cells that suit what the camera looks at.
-fn new_guide(scene: &Scene, settings: &GuidingSettings) -> Option<Guide> {
+pub(super) fn new_guide(scene: &Scene, settings: &GuidingSettings) -> Option<Guide> {
     let mut guide = Guide::new(settings, scene.bounds(), scene.facets())?;
     if guide.adapts_to_vertices() {
         guide.expect_vertices(&foresight::vertices(scene));

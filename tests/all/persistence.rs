@@ -186,7 +186,7 @@ fn forged_files_do_no_harm() {
 
 /// The format is not to change unnoticed: whoever changes what is stored raises the version, and this number.
 #[test]
-fn the_format_is_that_of_version_7() {
+fn the_format_is_that_of_version_8() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.guide");
     let settings = GuidingSettings { resolution: 1, ..GuidingSettings::default() };
@@ -200,8 +200,8 @@ fn the_format_is_that_of_version_7() {
     guide.learn(&[&recorder]);
     guide_file::write(&path, &guide, &subject(&settings), 300).unwrap();
     let bytes = std::fs::read(&path).unwrap();
-    assert_eq!(bytes[..12], *b"PTXGUIDE\x07\0\0\0");
-    assert_eq!((bytes.len(), crc32fast::hash(&bytes[..bytes.len() - 4])), (489, 2_376_995_927));
+    assert_eq!(bytes[..12], *b"PTXGUIDE\x08\0\0\0");
+    assert_eq!((bytes.len(), crc32fast::hash(&bytes[..bytes.len() - 4])), (490, 577_748_566));
 }
 
 fn scene(overrides: &[&str]) -> (Scene, Settings, GuideFingerprint) {

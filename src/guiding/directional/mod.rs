@@ -61,6 +61,17 @@ pub trait DirectionalModel: Clone + Send + Sync {
     /// Learns from a transition, the `k`-th of those that were located.
     fn record(&self, learnt: &mut Self::Learnt, at: &Self::Located, k: usize, transition: &Transition, rate: Rate);
 
+    /// The estimates, one for each cell of directions, where they are all that is learnt and are about the region's normal. Else
+    /// none, and sums of other renders cannot be taken in.
+    fn entries_mut<'l>(&self, _learnt: &'l mut Self::Learnt) -> &'l mut [Entry] {
+        &mut []
+    }
+
+    /// Which of them a transition teaches, the `k`-th of those that were located; `None` below the horizon.
+    fn entry_index(&self, _learnt: &Self::Learnt, _at: &Self::Located, _k: usize) -> Option<usize> {
+        None
+    }
+
     /// Leaves earlier visits only a share of their weight.
     fn decay(&self, learnt: &mut Self::Learnt, share: f32);
 
@@ -228,6 +239,20 @@ impl Entry {
             _ => 1.0 / self.visits,
         };
         self.q += (target - self.q) * step;
+    }
+
+    /// Learns from so many visits at once, whose targets have this sum: what one after the other would teach, but for rounding and,
+    /// at a constant rate, for their order.
+    pub(super) fn learn_all(&mut self, visits: u64, sum: f64, rate: Rate) {
+        let (count, before) = (visits as f64, f64::from(self.visits));
+        let kept = match rate {
+            _ if count == 0.0 => return,
+            Rate::Constant(alpha) if before > 0.0 => (1.0 - f64::from(alpha)).powf(count),
+            Rate::Constant(_) => 0.0,
+            Rate::Vanishing | Rate::Forgetting(_) => before / (before + count),
+        };
+        let q = f64::from(self.q) * kept + sum / count * (1.0 - kept);
+        *self = Entry { q: q.min(f64::from(f32::MAX)) as f32, visits: (before + count) as f32 };
     }
 
     /// Whether the numbers are of the range that learning keeps them in.

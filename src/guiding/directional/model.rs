@@ -3,7 +3,9 @@
 use super::bins::{BinDirections, HemisphereBins, SphereBins};
 use super::hemitree::{HemisphereTree, Node, TreeDirections};
 use super::quadtree::{Quadtree, SphereQuadtree};
-use super::{DirectionalModel, Directions, Evaluator, GlossyLobe, InFrame, Normals, PROFILE, SamplingOptions, Totals};
+use super::{
+    DirectionalModel, Directions, Entry, Evaluator, GlossyLobe, InFrame, Normals, PROFILE, SamplingOptions, Totals,
+};
 use crate::guiding::recorder::Transition;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Rate};
 use crate::simd::Vec3Lanes;
@@ -111,6 +113,20 @@ macro_rules! models {
                 match (self, learnt, at) {
                     $((Model::$name(model), Learnt::$name(learnt), Located::$name(at)) => {
                         model.record(learnt, at, k, transition, rate)
+                    })*
+                    #[allow(unreachable_patterns, reason = "a list of one")]
+                    _ => unreachable!("a region's directions are those of the model"),
+                }
+            }
+
+            fn entries_mut<'l>(&self, learnt: &'l mut Learnt) -> &'l mut [Entry] {
+                each!(self, learnt, model, learnt => model.entries_mut(learnt))
+            }
+
+            fn entry_index(&self, learnt: &Learnt, at: &Located, k: usize) -> Option<usize> {
+                match (self, learnt, at) {
+                    $((Model::$name(model), Learnt::$name(learnt), Located::$name(at)) => {
+                        model.entry_index(learnt, at, k)
                     })*
                     #[allow(unreachable_patterns, reason = "a list of one")]
                     _ => unreachable!("a region's directions are those of the model"),

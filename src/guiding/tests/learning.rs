@@ -8,7 +8,7 @@ use proptest::prelude::*;
 pub(super) const TABLES: [DirectionTable; 3] =
     [DirectionTable::Hemisphere, DirectionTable::Sphere, DirectionTable::Tree];
 
-fn random_transitions(rng: &mut Rng, guide: &Guide, n: usize) -> Vec<Transition> {
+pub(super) fn random_transitions(rng: &mut Rng, guide: &Guide, n: usize) -> Vec<Transition> {
     let one = |rng: &mut Rng| {
         let normal = unit(rng);
         let key = state(guide, point(rng), normal);

@@ -2,6 +2,7 @@
 
 mod directions;
 mod learning;
+mod lessons;
 mod one_lobe;
 mod pairs;
 mod rates;

@@ -5,6 +5,7 @@ mod commands;
 mod compare;
 mod convert;
 mod extremes;
+mod farm;
 mod faults;
 mod frames;
 mod gallery;

@@ -54,6 +54,14 @@ impl DirectionalModel for HemisphereBins {
         super::record(learnt, at[k], transition.target, rate);
     }
 
+    fn entries_mut<'l>(&self, learnt: &'l mut Vec<Entry>) -> &'l mut [Entry] {
+        learnt
+    }
+
+    fn entry_index(&self, _learnt: &Vec<Entry>, at: &Self::Located, k: usize) -> Option<usize> {
+        at[k]
+    }
+
     fn decay(&self, learnt: &mut Vec<Entry>, share: f32) {
         super::decay(learnt, share);
     }

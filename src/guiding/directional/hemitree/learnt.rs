@@ -36,13 +36,20 @@ impl LearntTree {
 
     /// The entry for a direction with these [`coordinates`].
     #[inline]
-    pub fn entry_at(&mut self, [x, y]: [u32; 2]) -> Option<&mut Entry> {
+    pub fn entry_at(&mut self, coordinates: [u32; 2]) -> Option<&mut Entry> {
+        let index = self.index_at(coordinates)?;
+        Some(&mut self.entries[index])
+    }
+
+    /// Which entry that is.
+    #[inline]
+    pub fn index_at(&self, [x, y]: [u32; 2]) -> Option<usize> {
         let mut node = 0;
         for depth in 1..=DEPTH {
             let k = cell_at(x, y, depth);
             match self.child(node, k) {
                 Some(child) => node = child,
-                None => return Some(&mut self.entries[node * FAN + k]),
+                None => return Some(node * FAN + k),
             }
         }
         None

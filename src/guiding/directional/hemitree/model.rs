@@ -4,7 +4,7 @@ use super::product::{CellCentres, TreeProduct};
 use super::square::{CellCoords, coordinates_of};
 use super::{LearntTree, Node, TreeDirections, TreeShape, bytes_per_node};
 use crate::guiding::directional::{
-    DirectionalModel, Evaluator, GlossyLobe, InFrame, Normals, PROFILE, SamplingOptions, Totals,
+    DirectionalModel, Entry, Evaluator, GlossyLobe, InFrame, Normals, PROFILE, SamplingOptions, Totals,
 };
 use crate::guiding::recorder::Transition;
 use crate::guiding::settings::Rate;
@@ -51,6 +51,14 @@ impl DirectionalModel for HemisphereTree {
         if let Some(entry) = at.get(k).and_then(|at| learnt.entry_at(at)) {
             entry.learn(transition.target, rate);
         }
+    }
+
+    fn entries_mut<'l>(&self, learnt: &'l mut LearntTree) -> &'l mut [Entry] {
+        &mut learnt.entries
+    }
+
+    fn entry_index(&self, learnt: &LearntTree, at: &CellCoords, k: usize) -> Option<usize> {
+        learnt.index_at(at.get(k)?)
     }
 
     fn decay(&self, learnt: &mut LearntTree, share: f32) {
