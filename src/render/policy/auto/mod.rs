@@ -97,7 +97,8 @@ impl GuidePolicy for Auto {
         if iteration.mode == Mode::Pilot {
             let budget = self.unguided_samples(&iteration.budget);
             self.end_pilot(noise, iteration.bounced, budget);
-            if let Some(baseline) = self.baseline.as_mut() {
+            let trains = self.uses_guide() && self.trains();
+            if let Some(baseline) = self.baseline.as_mut().filter(|_| trains) {
                 baseline.variances = iteration.film.newest_variances().unwrap_or_default();
             }
             return;
