@@ -195,6 +195,8 @@ pub enum GuideSampling {
     Q,
     /// Q cosθ.
     QCos,
+    /// Q cosθ, times what glossy metal reflects, along the path that a draw takes through a tree.
+    GlossyProduct,
     /// Q f cosθ, stratum by stratum; a Lambertian surface needs no more than Q cosθ for it.
     Product,
 }

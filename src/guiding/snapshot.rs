@@ -154,10 +154,10 @@ impl<S: SpatialPartition, D: DirectionalModel> Snapshot<S, D> {
     }
 
     /// Where to go on at a point with the normal `n` of a surface that is glossy: the product of both. `None` where the model knows no
-    /// such product, or radiance alone is to be drawn by.
+    /// such product, or is not asked for it.
     #[inline]
     pub fn product(&self, info: &RegionInfo, n: Vec3, lobe: &GlossyLobe) -> Option<InFrame<D::Directions<'_>>> {
-        if self.options.sampling == GuideSampling::Q {
+        if self.options.sampling != GuideSampling::GlossyProduct {
             return None;
         }
         self.model.product(&self.pool, info.range(), info.about(n), lobe)

@@ -4,7 +4,7 @@ use crate::bsdf::{
     MicrofacetDistribution as Distribution, PlasticParameters, PrincipledParameters,
 };
 use crate::geometry::{Hit, Mesh};
-use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
+use crate::guiding::settings::{DirectionTable, GuideSampling, GuidingMethod, GuidingSettings};
 use crate::guiding::{Guide, Hue, PackedDirection, Recorder, RegionInfo, Transition};
 use crate::math::{luminance, rng::Rng, warp};
 use crate::stats::{Chi2Report, DirectionTest, Domain, sidak};
@@ -106,7 +106,9 @@ const TABLES: [DirectionTable; 3] = [DirectionTable::Tree, DirectionTable::Hemis
 /// A guide that has learnt something uneven about the state of `si`, and what it knows of it.
 pub(crate) fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut Rng) -> (Guide, RegionInfo) {
     let method = GuidingMethod::Grid;
-    let settings = GuidingSettings { method, table, strata: 4, split_share: 0.03, ..GuidingSettings::default() };
+    let sampling = GuideSampling::GlossyProduct;
+    let settings =
+        GuidingSettings { method, table, sampling, strata: 4, split_share: 0.03, ..GuidingSettings::default() };
     let mut guide = Guide::new(&settings, (-Vec3::ONE, Vec3::ONE), std::iter::empty()).unwrap();
     let key = guide.field().locate(si.p, si.frame.n, [0.5; 3]).unwrap().drawn;
     let axes = [(); 4].map(|_| warp::square_to_uniform_sphere(rng.f32x2()));

@@ -43,7 +43,7 @@ fn bsdf_sampling_only(s: &mut Settings) {
 }
 
 /// Of a grid of trees unless said otherwise.
-const GUIDED: [Way; 53] = [
+const GUIDED: [Way; 55] = [
     ("grid, tree", |_| {}),
     ("grid, hemisphere", hemisphere),
     ("grid, sphere", sphere),
@@ -129,6 +129,11 @@ const GUIDED: [Way; 53] = [
     ("no MIS", |s| s.integrator.mis = false),
     ("little memory", |s| s.guiding.memory = 400_000),
     ("product", |s| s.guiding.sampling = GuideSampling::Product),
+    ("glossy product", |s| s.guiding.sampling = GuideSampling::GlossyProduct),
+    ("glossy product, adaptive", |s| {
+        adaptive(s);
+        s.guiding.sampling = GuideSampling::GlossyProduct;
+    }),
     ("SD-tree", |s| sd_tree(s)),
     ("SD-tree, one leaf", |s| (sd_tree(s), s.guiding.leaf_samples = 1e9).0),
     ("SD-tree, no filters", |s| (sd_tree(s), (s.guiding.jitter, s.guiding.directional_filter) = (false, false)).0),

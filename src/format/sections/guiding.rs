@@ -26,7 +26,9 @@ pub(crate) const METHODS: [(&str, &str); 6] = [
 const TABLES: &[(&str, DirectionTable)] =
     &[("tree", DirectionTable::Tree), ("hemisphere", DirectionTable::Hemisphere), ("sphere", DirectionTable::Sphere)];
 const SAMPLINGS: &[(&str, GuideSampling)] =
-    &[("q-cos", GuideSampling::QCos), ("product", GuideSampling::Product), ("q", GuideSampling::Q)];
+    &[("q-cos", GuideSampling::QCos), ("product", GuideSampling::Product), ("q", GuideSampling::Q), GLOSSY_SAMPLING];
+/// With trees alone.
+const GLOSSY_SAMPLING: (&str, GuideSampling) = ("glossy-product", GuideSampling::GlossyProduct);
 const RULES: &[(&str, LearningRule)] = &[
     ("expected-sarsa", LearningRule::ExpectedSarsa),
     ("q-learning", LearningRule::QLearning),
@@ -170,8 +172,10 @@ fn rate(t: &mut Reader, s: &mut GuidingSettings, tabular: bool) -> Result<(), Fa
 fn sampling(t: &mut Reader, s: &mut GuidingSettings) -> Result<(), Fault> {
     let (guided, tabular) = (s.method != GuidingMethod::None, tabular(s));
     let what = "what directions are drawn in proportion to: expected radiance times cosine, the same times the guided lobes of the \
-        BSDF (for surfaces that are not Lambertian; the look-up asks the BSDF for every stratum), or radiance alone";
-    t.choice(key("sampling", what).only(tabular, TABULAR), SAMPLINGS, &mut s.sampling)?;
+        BSDF (for surfaces that are not Lambertian; the look-up asks the BSDF for every stratum), radiance alone, or, with `table = \"tree\"`, \
+        as the first and for glossy metal times what it reflects ([guide.md](guide.md#glossy-surfaces))";
+    let known = if s.table == DirectionTable::Tree { SAMPLINGS } else { &SAMPLINGS[..SAMPLINGS.len() - 1] };
+    t.choice(key("sampling", what).only(tabular, TABULAR), known, &mut s.sampling)?;
     let mut learned = s.learns_fraction();
     t.flag(key("learned_fraction", LEARNED).optional().only(guided, GUIDED), &mut learned)?;
     s.learned_fraction = if t.has("learned_fraction") { Some(learned) } else { s.learned_fraction };

@@ -72,7 +72,8 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         if packet.rough().has(k) {
             packet.set_moments(k, Moments::of(summary));
         }
-        if bsdf.lambertian().is_none() && self.take_product(guide, packet, k, n, &bsdf)
+        let products = matches!(guide.settings.sampling, GuideSampling::Product | GuideSampling::GlossyProduct);
+        if products && bsdf.lambertian().is_none() && self.take_product(guide, packet, k, n, &bsdf)
             || packet.lobes(k).share() == 0.0
         {
             return;
