@@ -1,9 +1,10 @@
 //! Textures as written.
 
-use crate::image::picture::Picture;
+use crate::Result;
+use crate::image::picture::{self, Picture};
 use crate::math::Rgb;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A colour: constant, from a picture or from the mesh.
@@ -67,6 +68,35 @@ impl ImageTexture {
     pub(crate) fn new(path: PathBuf) -> ImageTexture {
         ImageTexture { path, scale: [1.0; 2], offset: [0.0; 2], nearest: false, tint: Rgb::ONE, clamp: false }
     }
+
+    /// The mean of the picture times the tint: of its linear colours or, where `stored`, of its values as they are stored.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub(crate) fn mean(&self, embedded: &EmbeddedPictures, stored: bool) -> Result<Rgb> {
+        let picture = picture_at(&self.path, embedded)?;
+        let picture = if stored { picture.with_curve(|x| x) } else { picture };
+        Ok(picture.mean() * self.tint)
+    }
+
+    /// Lets every second copy be mirrored, across u, v or both: by a picture that has its own mirror image beside it.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub(crate) fn mirror(&mut self, axes: [bool; 2], embedded: &mut EmbeddedPictures) -> Result<()> {
+        let [u, v] = axes.map(usize::from);
+        let name = PathBuf::from(format!("{}#mirrored {u}{v}", self.path.display()));
+        if !embedded.contains_key(&name) {
+            let picture = picture_at(&self.path, embedded)?.mirrored(axes);
+            embedded.insert(name.clone(), Arc::new(EmbeddedPicture::Decoded(picture)));
+        }
+        self.path = name;
+        for (axis, _) in axes.iter().enumerate().filter(|(_, mirrored)| **mirrored) {
+            self.scale[axis] *= 0.5;
+            self.offset[axis] *= 0.5;
+        }
+        Ok(())
+    }
 }
 
 /// A picture that is in no file of its own.
@@ -79,6 +109,18 @@ pub(crate) enum EmbeddedPicture {
 
 /// Such pictures by the path that stands for each: no file has it.
 pub(crate) type EmbeddedPictures = BTreeMap<PathBuf, Arc<EmbeddedPicture>>;
+
+/// The picture that a path stands for, or that is in the file.
+///
+/// # Errors
+/// A file that cannot be read, and bytes that are no picture.
+pub(crate) fn picture_at(path: &Path, embedded: &EmbeddedPictures) -> Result<Picture> {
+    match embedded.get(path).map(|picture| &**picture) {
+        Some(EmbeddedPicture::Encoded(bytes)) => picture::load_bytes(path, bytes),
+        Some(EmbeddedPicture::Decoded(picture)) => Ok(picture.clone()),
+        None => picture::load(path),
+    }
+}
 
 /// A picture that turns the normals of a surface.
 #[derive(Clone, Debug, PartialEq)]

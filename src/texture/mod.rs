@@ -21,7 +21,7 @@ use std::sync::OnceLock;
 use texels::{Summary, Texels};
 
 pub use description::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
-pub(crate) use description::{EmbeddedPicture, EmbeddedPictures};
+pub(crate) use description::{EmbeddedPicture, EmbeddedPictures, picture_at};
 pub(crate) use relief::{Relief, Tangents};
 pub(crate) use scalar::ScalarMap;
 

@@ -3,12 +3,12 @@
 use super::Warnings;
 use super::buffers::{Buffers, Uri, parsed};
 use crate::bsdf::{BsdfDescription, DielectricParameters, PrincipledMaps, PrincipledParameters};
-use crate::image::picture::{self, Picture, Samples};
+use crate::image::picture::{Picture, Samples};
 use crate::image::srgb;
 use crate::math::Rgb;
 use crate::scene::description::{MaterialDescription, SceneDescription};
 use crate::texture::{
-    ColorTexture, EmbeddedPicture, EmbeddedPictures, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture,
+    ColorTexture, EmbeddedPicture, EmbeddedPictures, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture, picture_at,
 };
 use crate::{Error, Result};
 use gltf::material::AlphaMode;
@@ -227,11 +227,7 @@ impl Reader<'_, '_> {
         let constant = || Ok(Some(ScalarTexture::Constant(decided(factor))));
         let Some(info) = pbr.base_color_texture() else { return constant() };
         let image = self.info(&info, Rgb::ONE)?;
-        let picture = match self.pictures.get(&image.path).map(|picture| &**picture) {
-            Some(EmbeddedPicture::Encoded(bytes)) => picture::load_bytes(&image.path, bytes)?,
-            Some(EmbeddedPicture::Decoded(picture)) => picture.clone(),
-            None => picture::load(&image.path)?,
-        };
+        let picture = picture_at(&image.path, &self.pictures)?;
         let Some(alpha) = alpha(&picture) else { return constant() };
         let values = alpha.into_iter().map(|alpha| (decided(alpha * factor) * 255.0).round() as u8).collect();
         let samples = Samples::U8(values, srgb::DECODE_8.clone());
@@ -265,17 +261,23 @@ impl Reader<'_, '_> {
         }
         let sampler = texture.sampler();
         let wraps = [sampler.wrap_s(), sampler.wrap_t()];
-        if wraps.contains(&WrappingMode::MirroredRepeat) || wraps[0] != wraps[1] {
-            self.warnings.add("a picture repeats in both directions or in none, and is not mirrored");
+        let clamped = wraps.map(|wrap| wrap == WrappingMode::ClampToEdge);
+        if clamped[0] != clamped[1] {
+            self.warnings.add("a picture repeats in both directions or in none");
         }
-        Ok(ImageTexture {
+        let mut image = ImageTexture {
             scale,
             offset: [offset[0], 1.0 - scale[1] - offset[1]],
             nearest: sampler.mag_filter() == Some(MagFilter::Nearest),
-            clamp: wraps == [WrappingMode::ClampToEdge; 2],
+            clamp: clamped == [true; 2],
             tint,
             ..ImageTexture::new(self.picture(texture)?)
-        })
+        };
+        let mirrored = wraps.map(|wrap| wrap == WrappingMode::MirroredRepeat);
+        if mirrored != [false; 2] {
+            image.mirror(mirrored, &mut self.pictures)?;
+        }
+        Ok(image)
     }
 
     /// The file of a picture, or the path that stands for one that is in the file itself.

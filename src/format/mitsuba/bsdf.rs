@@ -211,17 +211,6 @@ impl Materials<'_> {
         Ok((alpha.clamp(1e-4, 1.0), distribution))
     }
 
-    fn specular(&self, bsdf: &Object, name: &str) -> Result<Rgb> {
-        match self.textures.color(bsdf, name, 1.0)? {
-            ColorTexture::Constant(color) => Ok(color),
-            _ => {
-                let message = format!("`{name}` of the {} cannot be a picture here: 1 is taken", bsdf.label());
-                self.objects.warn(&bsdf.at, message);
-                Ok(Rgb::ONE)
-            }
-        }
-    }
-
     fn conductor(&self, bsdf: &Object, rough: bool) -> Result<ConductorParameters> {
         let own = bsdf.find("eta").is_some() || bsdf.find("k").is_some();
         let name = bsdf.text("material")?;
@@ -245,8 +234,8 @@ impl Materials<'_> {
         Ok(DielectricParameters {
             int_ior: metals::index(bsdf, "int_ior", "bk7")?,
             ext_ior: metals::index(bsdf, "ext_ior", "air")?,
-            specular_reflectance: self.specular(bsdf, "specular_reflectance")?,
-            specular_transmittance: self.specular(bsdf, "specular_transmittance")?,
+            specular_reflectance: self.textures.constant(bsdf, "specular_reflectance", 1.0)?,
+            specular_transmittance: self.textures.constant(bsdf, "specular_transmittance", 1.0)?,
             alpha,
             distribution,
             thin: false,
@@ -257,7 +246,7 @@ impl Materials<'_> {
         let (alpha, distribution) = if rough { self.roughness(bsdf)? } else { (0.0, MicrofacetDistribution::Ggx) };
         Ok(PlasticParameters {
             reflectance: self.textures.color(bsdf, "diffuse_reflectance", 0.5)?,
-            specular_reflectance: self.specular(bsdf, "specular_reflectance")?,
+            specular_reflectance: self.textures.constant(bsdf, "specular_reflectance", 1.0)?,
             int_ior: metals::index(bsdf, "int_ior", "polypropylene")?,
             ext_ior: metals::index(bsdf, "ext_ior", "air")?,
             alpha,

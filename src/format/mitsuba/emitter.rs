@@ -2,7 +2,6 @@
 
 use super::sun;
 use crate::Result;
-use crate::format::xml;
 use crate::format::xml::object::{Object, Objects};
 use crate::light::{
     ConstantLight, DirectionalLight, EnvironmentLight, LightDescription, PointLightParameters, SkyLight,
@@ -34,7 +33,7 @@ pub(crate) fn light(objects: &Objects, emitter: &Object) -> Result<LightDescript
         }
         "spot" => spot(emitter)?.into(),
         "sky" | "sunsky" | "sun" => sky(objects, emitter)?,
-        "area" => return Err(emitter.error("an area light belongs into a shape")),
+        "area" => return Err(emitter.error("an area light belongs into a shape, and no shape refers to this one")),
         kind => {
             return Err(emitter.error(format!("the emitter `{kind}` has no counterpart, and no other looks like it")));
         }
@@ -68,10 +67,9 @@ fn unit(emitter: &Object, direction: DVec3) -> Result<DVec3> {
 }
 
 fn environment(objects: &Objects, emitter: &Object) -> Result<EnvironmentLight> {
-    let name = emitter.text("filename")?.ok_or_else(|| emitter.error("an `envmap` needs `filename`"))?;
+    let path = emitter.file()?.to_path_buf();
     let scale = emitter.color("scale", Rgb::ONE)?;
     let to_world = turn(objects, emitter)?;
-    let path = xml::file(&emitter.at.path, name);
     Ok(EnvironmentLight { path, scale, to_world: to_world.as_affine3a(), octahedral: false })
 }
 

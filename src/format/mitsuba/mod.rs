@@ -19,6 +19,7 @@ use super::xml::object::Objects;
 use crate::Result;
 use bsdf::Materials;
 use shape::Shapes;
+use std::rc::Rc;
 use texture::Textures;
 
 pub(super) fn read(objects: Objects) -> Result<(SceneFile, Vec<String>)> {
@@ -27,8 +28,11 @@ pub(super) fn read(objects: Objects) -> Result<(SceneFile, Vec<String>)> {
     sensor::sensors(&objects, &mut file)?;
     let textures = Textures::new(&objects);
     let materials = Materials { objects: &objects, textures: &textures };
-    Shapes::new(&objects, &materials, &mut file).read()?;
+    let shining = Shapes::new(&objects, &materials, &mut file).read()?;
     for (_, emitter) in objects.children(&objects.root, "emitter")? {
+        if shining.contains(&Rc::as_ptr(&emitter)) {
+            continue;
+        }
         file.scene.lights.push(emitter::light(&objects, &emitter)?);
     }
     // these are used where something refers to them

@@ -174,7 +174,15 @@ fn vertical_view(sensor: &Object, film: &FilmSettings) -> Result<f64> {
 
 /// How long paths are. Paths without an end are as long as a number goes.
 pub(super) fn integrator(objects: &Objects, file: &mut SceneFile) -> Result<()> {
-    let Some(integrator) = objects.child(&objects.root, "integrator")? else { return Ok(()) };
+    let Some(mut integrator) = objects.child(&objects.root, "integrator")? else { return Ok(()) };
+    // `moment`, `aov` and their like add layers to what the integrator within them finds
+    while let Some(inner) = objects.child(&integrator, "integrator")? {
+        if integrator.kind != "moment" {
+            let message = format!("the integrator `{}` has no counterpart: the one within it counts", integrator.kind);
+            objects.warn(&integrator.at, message);
+        }
+        integrator = inner;
+    }
     let path = ["path", "volpath", "volpath_simple", "volpathmis", "guided_path"];
     match integrator.kind.as_str() {
         "direct" => file.integrator.max_depth = 2,

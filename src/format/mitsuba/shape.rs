@@ -11,7 +11,7 @@ use crate::scene::description::{InstanceDescription, MaterialDescription, MeshDe
 use crate::scene::model::{MeshSource, Model};
 use crate::texture::ReliefKind;
 use glam::{DAffine3, DMat3, DVec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -22,6 +22,8 @@ pub(super) struct Shapes<'a> {
     pub(crate) file: &'a mut SceneFile,
     /// Names of materials that have been described, by where their bsdf stands.
     names: HashMap<*const Object, String>,
+    /// Emitters that belong to shapes.
+    shining: HashSet<*const Object>,
     round: Round,
 }
 
@@ -39,16 +41,16 @@ impl Round {
 
 impl<'a> Shapes<'a> {
     pub(crate) fn new(objects: &'a Objects, materials: &'a Materials<'a>, file: &'a mut SceneFile) -> Shapes<'a> {
-        Shapes { objects, materials, file, names: HashMap::new(), round: Round::default() }
+        Shapes { objects, materials, file, names: HashMap::new(), shining: HashSet::new(), round: Round::default() }
     }
 
-    /// All shapes of the scene.
-    pub(crate) fn read(&mut self) -> Result<()> {
+    /// All shapes of the scene. Returns the emitters that belong to shapes, some of which may stand beside them and be referred to.
+    pub(crate) fn read(mut self) -> Result<HashSet<*const Object>> {
         let objects = self.objects;
         for (_, shape) in objects.children(&objects.root, "shape")? {
             self.shape(&shape, None)?;
         }
-        Ok(())
+        Ok(self.shining)
     }
 
     /// One shape, as a part of `group` where there is one.
@@ -156,9 +158,7 @@ impl<'a> Shapes<'a> {
     }
 
     fn of_file(&self, shape: &Object, flip: bool) -> Result<MeshSource> {
-        let name = shape.text("filename")?;
-        let name = name.ok_or_else(|| shape.error(format!("a shape `{}` needs `filename`", shape.kind)))?;
-        let path = xml::file(&shape.at.path, name);
+        let path = shape.file()?.to_path_buf();
         let obj = shape.kind == "obj";
         let normals = if shape.flag("face_normals", false)? { NormalsChange::Drop } else { NormalsChange::Smooth };
         let part = match shape.kind.as_str() {
@@ -190,6 +190,7 @@ impl<'a> Shapes<'a> {
             None => name,
             Some(emitter) => {
                 self.emission(&emitter, &mut material)?;
+                self.shining.insert(Rc::as_ptr(&emitter));
                 format!("{name} light")
             }
         };

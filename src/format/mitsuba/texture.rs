@@ -1,7 +1,6 @@
 //! Textures: colours and numbers that are constant or of a picture.
 
 use crate::Result;
-use crate::format::xml;
 use crate::format::xml::object::{Item, Object, Objects, Value};
 use crate::image::picture::{self, Picture, Samples};
 use crate::math::Rgb;
@@ -71,23 +70,44 @@ impl<'a> Textures<'a> {
         })
     }
 
-    /// A number where no picture can be: one is taken for `default`, with a warning.
+    /// A number where no picture can be: the mean of one is taken, with a warning.
     pub(crate) fn number(&self, object: &Object, name: &str, default: f32) -> Result<f32> {
-        match self.scalar(object, name, default)? {
-            ScalarTexture::Constant(number) => Ok(number),
-            _ => {
-                let message =
-                    format!("`{name}` of the {} cannot be a picture here: {default} is taken", object.label());
-                self.objects.warn(&object.at, message);
-                Ok(default)
+        let Some(item) = object.find(name) else { return Ok(default) };
+        match self.item(object, item)? {
+            Found::Constant(color) => Ok(luminance(color)),
+            Found::Image(image) => {
+                let mean = luminance(stored(image).mean(&self.embedded.borrow(), true)?);
+                self.warn_of_mean(object, name, format!("{mean:.3}"));
+                Ok(mean)
             }
+            Found::Vertex(_) => Err(item.at.error("a number of the colours of vertices is not read")),
         }
     }
 
-    /// The picture of a texture that is an object of its own.
+    /// A colour where no picture can be: likewise.
+    pub(crate) fn constant(&self, object: &Object, name: &str, default: f32) -> Result<Rgb> {
+        match self.color(object, name, default)? {
+            ColorTexture::Constant(color) => Ok(color),
+            ColorTexture::Image(image) => {
+                let mean = image.mean(&self.embedded.borrow(), false)?;
+                self.warn_of_mean(object, name, format!("{mean:.3}"));
+                Ok(mean)
+            }
+            ColorTexture::Vertex(_) => Err(object.error(format!("`{name}` cannot be the colours of vertices here"))),
+        }
+    }
+
+    fn warn_of_mean(&self, object: &Object, name: &str, mean: String) {
+        let message =
+            format!("`{name}` of the {} cannot be a picture here: its mean, {mean}, is taken", object.label());
+        self.objects.warn(&object.at, message);
+    }
+
+    /// The picture of a texture that is an object of its own; a constant is one of a single texel.
     pub(crate) fn picture(&self, texture: &Rc<Object>) -> Result<ImageTexture> {
         match self.texture(texture, 0)? {
             Found::Image(image) => Ok(stored(image)),
+            Found::Constant(color) => Ok(ImageTexture::new(self.embed(texture, [1, 1], color.to_array().to_vec()))),
             _ => Err(texture.error(format!("the {} is no picture", texture.label()))),
         }
     }
@@ -126,6 +146,11 @@ impl<'a> Textures<'a> {
                 let inner = inner.ok_or_else(|| texture.error("the texture `scale` needs another texture"))?;
                 scaled(self.texture(&inner, depth + 1)?, texture.color("scale", Rgb::ONE)?)
             }
+            // numbers that are no colour
+            "rawconstant" => Found::Constant(match texture.find("value").map(|item| &item.value) {
+                Some(Value::Vector(numbers)) => numbers.as_vec3().into(),
+                _ => texture.color("value", Rgb::ONE)?,
+            }),
             "mesh_attribute" if texture.text("name")? == Some("vertex_color") => {
                 Found::Vertex(Rgb::splat(texture.number("scale", 1.0)? as f32))
             }
@@ -140,8 +165,7 @@ impl<'a> Textures<'a> {
     }
 
     fn bitmap(&self, texture: &Object) -> Result<ImageTexture> {
-        let name = texture.text("filename")?.ok_or_else(|| texture.error("a bitmap needs `filename`"))?;
-        let mut image = ImageTexture::new(xml::file(&texture.at.path, name));
+        let mut image = ImageTexture::new(texture.file()?.to_path_buf());
         if self.place(texture, &mut image)? {
             image.path = self.transposed(&image.path)?;
         }
@@ -149,6 +173,10 @@ impl<'a> Textures<'a> {
         image.clamp = match texture.text("wrap_mode")? {
             None | Some("repeat") => false,
             Some("clamp") => true,
+            Some("mirror") => {
+                image.mirror([true; 2], &mut self.embedded.borrow_mut())?;
+                false
+            }
             Some(other) => {
                 self.objects.warn(&texture.at, format!("`wrap_mode` {other} is not known here: the picture repeats"));
                 false
@@ -170,19 +198,21 @@ impl<'a> Textures<'a> {
         let colors = [("color0", 0.4), ("color1", 0.2)].map(|(name, default)| texture.color(name, Rgb::splat(default)));
         let [a, b] = colors;
         let (a, b) = (a?.to_array(), b?.to_array());
-        let samples = Samples::F32([a, b, b, a].concat());
-        let picture = Picture { width: 2, height: 2, channels: 3, samples, notes: Vec::new() };
-        let path = PathBuf::from(format!(
-            "{}:{}:{}#checkerboard",
-            texture.at.path.display(),
-            texture.at.line,
-            texture.at.column
-        ));
-        self.embedded.borrow_mut().insert(path.clone(), Arc::new(EmbeddedPicture::Decoded(picture)));
+        let path = self.embed(texture, [2, 2], [a, b, b, a].concat());
         let mut image = ImageTexture { nearest: true, ..ImageTexture::new(path) };
         // four squares are the same when their columns are rows
         self.place(texture, &mut image)?;
         Ok(image)
+    }
+
+    /// Keeps the linear colours of a texture, row by row, as a picture. Returns the name that it is known by.
+    fn embed(&self, texture: &Object, [width, height]: [usize; 2], colors: Vec<f32>) -> PathBuf {
+        let samples = Samples::F32(colors);
+        let picture = Picture { width, height, channels: 3, samples, notes: Vec::new() };
+        let at = &texture.at;
+        let path = PathBuf::from(format!("{}:{}:{}#{}", at.path.display(), at.line, at.column, texture.kind));
+        self.embedded.borrow_mut().insert(path.clone(), Arc::new(EmbeddedPicture::Decoded(picture)));
+        path
     }
 
     /// `to_uv`, or the names before version 2; whether u and v of the picture change places. v counts from above there, and from below

@@ -39,11 +39,11 @@ pub(super) fn read(mesh: &Rc<Object>, materials: &Materials, file: &mut SceneFil
 fn source(mesh: &Object, to_world: &DAffine3) -> Result<(MeshSource, DAffine3)> {
     match mesh.kind.as_str() {
         "obj" => {
-            let name = mesh.text("filename")?.ok_or_else(|| mesh.error("a mesh `obj` needs `filename`"))?;
+            let path = mesh.file()?.to_path_buf();
             // faces without normals look where their corners, already placed, say
             let flip_bare = to_world.matrix3.determinant() < 0.0;
             let adaptation = Adaptation { by_normals: true, flip_bare, ..Adaptation::default() };
-            Ok((MeshSource::Adapted(xml::file(&mesh.at.path, name), adaptation), DAffine3::IDENTITY))
+            Ok((MeshSource::Adapted(path, adaptation), DAffine3::IDENTITY))
         }
         "sphere" => {
             let centre = mesh.vector("center")?.unwrap_or(DVec3::ZERO);

@@ -57,16 +57,12 @@ impl<'a> Textures<'a> {
         }))
     }
 
-    /// A colour where no picture can be: one is taken for `default`, with a warning.
+    /// A colour where no picture can be: the mean of one is taken, with a warning.
     pub(crate) fn constant(&self, p: &Parameters, name: &str, default: Rgb) -> Result<Rgb> {
         match self.found(p, name, false)? {
             None => Ok(default),
             Some(Found::Constant(color)) => Ok(color),
-            Some(Found::Image(_)) => {
-                let message = format!("`{name}` of {} cannot be a picture here: {} is taken", p.label(), default.x);
-                self.world.warnings.add(&p.at, message);
-                Ok(default)
-            }
+            Some(Found::Image(image)) => self.mean(p, name, &image),
         }
     }
 
@@ -75,12 +71,16 @@ impl<'a> Textures<'a> {
         match self.found(p, name, true)? {
             None => Ok(default),
             Some(Found::Constant(color)) => Ok(luminance(color)),
-            Some(Found::Image(_)) => {
-                let message = format!("`{name}` of {} cannot be a picture here: {default} is taken", p.label());
-                self.world.warnings.add(&p.at, message);
-                Ok(default)
-            }
+            Some(Found::Image(image)) => Ok(luminance(self.mean(p, name, &image)?)),
         }
+    }
+
+    /// The mean of a picture that stands where none can be.
+    fn mean(&self, p: &Parameters, name: &str, image: &ImageTexture) -> Result<Rgb> {
+        let mean = image.mean(&self.embedded.borrow(), false)?;
+        let message = format!("`{name}` of {} cannot be a picture here: its mean, {mean:.3}, is taken", p.label());
+        self.world.warnings.add(&p.at, message);
+        Ok(mean)
     }
 
     /// What a parameter is, in the directive itself or as a texture.

@@ -62,6 +62,7 @@ pub(crate) fn read(path: &Path, definitions: &Definitions) -> Result<Objects> {
         defaults: given.collect(),
         dialect: Dialect::default(),
         includes: 0,
+        folders: vec![folder_of(path).to_path_buf()],
         definitions,
         said: HashSet::new(),
     };
@@ -76,6 +77,8 @@ struct Reader<'d> {
     /// That of the file that was opened first.
     dialect: Dialect,
     includes: usize,
+    /// Where files are looked for that are not beside the file that names them: the folder of the scene, then each `<path>`.
+    folders: Vec<PathBuf>,
     /// What was said from outside of the file, which holds over what it says itself.
     definitions: &'d Definitions,
     /// Names of its own defaults.
@@ -164,7 +167,7 @@ impl Reader<'_> {
                 self.ids.insert(other, object);
                 Ok(())
             }
-            "path" => Err(source.fault(node, "<path> is not read: name files relative to the scene's own folder")),
+            "path" => self.search_folder(source, node),
             _ if is_object => {
                 let name = self.attribute(source, node, "name")?.unwrap_or_default();
                 let object = Rc::new(self.object(source, node, depth + 1)?);
@@ -184,13 +187,38 @@ impl Reader<'_> {
         }
     }
 
+    /// `<path value="…">`: one more folder in which files are looked for.
+    fn search_folder(&mut self, source: &Source, node: Node) -> Result<()> {
+        let name = self.needed(source, node, "value")?;
+        let name = name.replace('\\', "/");
+        let folder = self.places(source).map(|place| place.join(&name)).find(|folder| folder.is_dir());
+        let folder = folder.ok_or_else(|| {
+            let expected = folder_of(source.path).join(&name);
+            source.fault(node, format!("there is no folder {}", expected.display()))
+        })?;
+        self.folders.push(folder);
+        Ok(())
+    }
+
+    /// Where files are looked for, in this order.
+    fn places<'a>(&'a self, source: &'a Source) -> impl Iterator<Item = &'a Path> {
+        std::iter::once(folder_of(source.path)).chain(self.folders.iter().map(PathBuf::as_path))
+    }
+
+    /// The file that a scene means by a name: beside the file that names it, else in one of the folders; where there is none,
+    /// the first of these paths.
+    fn find_file(&self, source: &Source, name: &str) -> PathBuf {
+        let found = self.places(source).find_map(|folder| paths::find(folder, name.as_bytes()));
+        found.unwrap_or_else(|| paths::resolve(folder_of(source.path), name.as_bytes()))
+    }
+
     fn include(&mut self, source: &Source, node: Node, parent: &mut Object) -> Result<()> {
         let name = self.needed(source, node, "filename")?;
         self.includes += 1;
         if source.depth >= DEEPEST_INCLUDE || self.includes > MOST_INCLUDES {
             return Err(source.fault(node, "too many files are included: does one include itself?"));
         }
-        let path = file(source.path, &name);
+        let path = self.find_file(source, &name);
         let included = self.file(&path, source.depth + 1)?;
         // what it says counts as if it were said here
         parent.items.extend(included.items.iter().cloned());
@@ -205,6 +233,7 @@ impl Reader<'_> {
         let bad = |what: &str, text: &str| source.fault(node, format!("`{text}` is not {what}"));
         let parsed = match tag {
             "ref" => Value::Ref(self.needed(source, node, "id")?),
+            "string" if name.as_deref() == Some("filename") => Value::File(self.find_file(source, &value(self)?)),
             "string" => Value::Text(value(self)?),
             "boolean" => match value(self)?.to_lowercase().as_str() {
                 "true" => Value::Flag(true),
@@ -249,7 +278,7 @@ impl Reader<'_> {
 
     fn spectrum(&self, source: &Source, node: Node, even: bool) -> Result<Value> {
         let text = match self.attribute(source, node, "filename")? {
-            Some(name) => read_text(&file(source.path, &name))?,
+            Some(name) => read_text(&self.find_file(source, &name))?,
             None => self.needed(source, node, "value")?,
         };
         // as many numbers as colours had, before version 2
@@ -383,9 +412,8 @@ fn dialect(source: &Source, root: Node) -> Result<Dialect> {
     number.map(Dialect::Mitsuba).map_err(|_| source.fault(root, format!("`{version}` is no version")))
 }
 
-/// The file that a scene means by a name.
-pub(crate) fn file(scene: &Path, name: &str) -> PathBuf {
-    paths::resolve(scene.parent().unwrap_or(Path::new("")), name.as_bytes())
+fn folder_of(file: &Path) -> &Path {
+    file.parent().unwrap_or(Path::new(""))
 }
 
 /// `toWorld` as `to_world`, as versions before 2 spell it; `intIOR` is `int_ior`.

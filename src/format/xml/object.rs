@@ -6,6 +6,7 @@ use crate::{Error, Result};
 use glam::{DAffine3, DVec3};
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// Whose scene it is.
@@ -35,6 +36,8 @@ pub(crate) enum Value {
     Flag(bool),
     Number(f64),
     Text(String),
+    /// What `filename` means.
+    File(PathBuf),
     Vector(DVec3),
     /// Linear.
     Color(Rgb),
@@ -122,6 +125,15 @@ impl Object {
         match self.find(name) {
             None => Ok(None),
             Some(Item { value: Value::Text(text), .. }) => Ok(Some(text)),
+            Some(item) => self.mismatch(item, "a string"),
+        }
+    }
+
+    /// The file that `filename` names.
+    pub(crate) fn file(&self) -> Result<&Path> {
+        match self.find("filename") {
+            None => Err(self.error(format!("the {} needs `filename`", self.label()))),
+            Some(Item { value: Value::File(path), .. }) => Ok(path),
             Some(item) => self.mismatch(item, "a string"),
         }
     }

@@ -74,17 +74,40 @@ impl Picture {
 
     /// The picture mirrored about the diagonal from its upper left corner.
     pub(crate) fn transposed(&self) -> Picture {
-        fn turned<T: Copy>(values: &[T], width: usize, height: usize, step: usize) -> Vec<T> {
-            let pixels = (0..width).flat_map(|x| (0..height).map(move |y| (y * width + x) * step));
-            pixels.flat_map(|first| values[first..first + step].iter().copied()).collect()
+        self.rearranged([self.height, self.width], |x, y| [y, x])
+    }
+
+    /// The picture with its mirror image to its right, above it, or both: what repeats where every second copy is mirrored.
+    pub(crate) fn mirrored(&self, [across, up]: [bool; 2]) -> Picture {
+        let (width, height) = (self.width, self.height);
+        let above = if up { height } else { 0 };
+        let size = [width * (1 + usize::from(across)), height + above];
+        self.rearranged(size, |x, y| {
+            [if x < width { x } else { 2 * width - 1 - x }, if y < above { above - 1 - y } else { y - above }]
+        })
+    }
+
+    /// A picture of this width and height; `source` tells which pixel of this one each of its pixels is.
+    fn rearranged(&self, [width, height]: [usize; 2], source: impl Fn(usize, usize) -> [usize; 2]) -> Picture {
+        fn taken<T: Copy>(values: &[T], firsts: impl Iterator<Item = usize>, step: usize) -> Vec<T> {
+            firsts.flat_map(|first| values[first..first + step].iter().copied()).collect()
         }
-        let (width, height, channels) = (self.width, self.height, self.channels);
+        let step = self.channels;
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let firsts = pixels.map(|(x, y)| source(x, y)).map(|[x, y]| (y * self.width + x) * step);
         let samples = match &self.samples {
-            Samples::U8(values, table) => Samples::U8(turned(values, width, height, channels), table.clone()),
-            Samples::U16(values, table) => Samples::U16(turned(values, width, height, channels), table.clone()),
-            Samples::F32(values) => Samples::F32(turned(values, width, height, channels)),
+            Samples::U8(values, table) => Samples::U8(taken(values, firsts, step), table.clone()),
+            Samples::U16(values, table) => Samples::U16(taken(values, firsts, step), table.clone()),
+            Samples::F32(values) => Samples::F32(taken(values, firsts, step)),
         };
-        Picture { width: height, height: width, channels, samples, notes: self.notes.clone() }
+        Picture { width, height, samples, notes: self.notes.clone(), ..*self }
+    }
+
+    /// The mean of the linear colours.
+    pub(crate) fn mean(&self) -> Rgb {
+        let pixels = self.width * self.height;
+        let colors = (0..pixels).map(|pixel| self.samples.color(pixel * self.channels, self.channels).as_dvec3());
+        (colors.sum::<glam::DVec3>() / pixels as f64).as_vec3()
     }
 }
 

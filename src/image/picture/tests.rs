@@ -300,3 +300,20 @@ fn damage_to_any_format_is_an_error_and_not_a_panic() {
     }
     assert!(refused > 100, "{refused} of 420 damaged files were refused");
 }
+
+#[test]
+fn every_second_copy_is_mirrored() {
+    let samples = Samples::F32((1..=6).map(|x| x as f32).collect());
+    let picture = Picture { width: 3, height: 2, channels: 1, samples, notes: Vec::new() };
+    let values = |picture: Picture| match picture.samples {
+        Samples::F32(values) => (picture.width, picture.height, values),
+        _ => unreachable!(),
+    };
+    let across = vec![1.0, 2.0, 3.0, 3.0, 2.0, 1.0, 4.0, 5.0, 6.0, 6.0, 5.0, 4.0];
+    assert_eq!(values(picture.mirrored([true, false])), (6, 2, across));
+    let up = vec![4.0, 5.0, 6.0, 1.0, 2.0, 3.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+    assert_eq!(values(picture.mirrored([false, true])), (3, 4, up));
+    assert_eq!(values(picture.transposed()), (2, 3, vec![1.0, 4.0, 2.0, 5.0, 3.0, 6.0]));
+    assert_eq!(picture.mean(), Rgb::splat(3.5));
+    assert_eq!(picture.mirrored([true, true]).mean(), Rgb::splat(3.5));
+}

@@ -19,9 +19,9 @@ const NAMES: [&[&str]; 11] = [
     &["nz"],
     &["u", "s", "texture_u", "texture_s"],
     &["v", "t", "texture_v", "texture_t"],
-    &["red", "r", "diffuse_red"],
-    &["green", "g", "diffuse_green"],
-    &["blue", "b", "diffuse_blue"],
+    &["red", "r", "diffuse_red", "color_0"],
+    &["green", "g", "diffuse_green", "color_1"],
+    &["blue", "b", "diffuse_blue", "color_2"],
 ];
 
 /// The numbers of a vertex.

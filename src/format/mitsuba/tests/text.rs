@@ -44,6 +44,55 @@ fn references_defaults_includes_and_old_names_are_understood() {
 }
 
 #[test]
+fn files_are_looked_for_beside_the_file_that_names_them_then_in_the_folders_named() {
+    let folder = companions();
+    for name in ["scenes/parts", "common/meshes"] {
+        fs::create_dir_all(folder.path().join(name)).unwrap();
+    }
+    fs::copy(folder.path().join("dome.ply"), folder.path().join("common/meshes/far.ply")).unwrap();
+    fs::copy(folder.path().join("dome.ply"), folder.path().join("scenes/near.ply")).unwrap();
+    let mesh = |name: &str| format!("<shape type=\"ply\"><string name=\"filename\" value=\"{name}\"/></shape>");
+    let part = format!("<scene version=\"3.0.0\">{}{}</scene>", mesh("meshes/far.ply"), mesh("near.ply"));
+    fs::write(folder.path().join("scenes/parts/part.xml"), part).unwrap();
+    let read = |head: &str| {
+        let text = format!("<scene version=\"3.0.0\">\n{head}\n<include filename=\"parts/part.xml\"/></scene>");
+        super::read(&folder.path().join("scenes"), &text)
+    };
+    let (file, warnings) = read("<path value=\"../common\"/>").unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    file.load_scene(1).unwrap();
+    let error = read("").unwrap().0.load_scene(1).err().unwrap().to_string();
+    assert!(error.contains("parts/meshes/far.ply"), "{error}");
+    let error = read("<path value=\"../other\"/>").unwrap_err().to_string();
+    assert!(error.contains("scene.xml:2") && error.contains("no folder"), "{error}");
+}
+
+#[test]
+fn things_may_stand_within_or_beside_what_uses_them() {
+    let folder = companions();
+    let scene = |body: &str| {
+        let lamp = "<emitter type=\"area\" id=\"lamp\"><rgb name=\"radiance\" value=\"3 2 1\"/></emitter>";
+        let within = "<integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/></integrator>";
+        let text = format!(
+            "<scene version=\"3.0.0\"><integrator type=\"moment\">{within}</integrator>\n{lamp}\n\
+             <bsdf type=\"normalmap\" id=\"flat\"><texture type=\"rawconstant\" name=\"normalmap\">\
+             <vector name=\"value\" value=\"0.5 0.5 1\"/></texture><bsdf type=\"diffuse\"/></bsdf>\n\
+             <shape type=\"rectangle\"><ref id=\"flat\"/>{body}</shape></scene>"
+        );
+        read(folder.path(), &text)
+    };
+    let (file, warnings) = scene("<ref id=\"lamp\"/>").unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    assert_eq!(file.integrator.max_depth, 2, "that of the integrator within");
+    let material = &file.scene.materials[file.scene.meshes[0].material.as_ref().unwrap()];
+    assert_eq!(material.emission, Rgb::new(3.0, 2.0, 1.0));
+    assert!(material.relief.is_some());
+    file.load_scene(1).unwrap();
+    let error = scene("").unwrap_err().to_string();
+    assert!(error.contains("scene.xml:2") && error.contains("no shape refers"), "{error}");
+}
+
+#[test]
 fn what_is_said_from_outside_holds_over_defaults() {
     let folder = companions();
     let text = "<scene version=\"3.0.0\"><default name=\"depth\" value=\"3\"/><default name=\"unused\" value=\"1\"/>\
