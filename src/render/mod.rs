@@ -1,5 +1,6 @@
 //! Rendering: a scene and settings in, a picture, its guide and an account of each iteration out.
 
+mod adaptive;
 pub(crate) mod checkpoint;
 mod driver;
 mod foresight;
@@ -124,6 +125,8 @@ pub struct Rendering {
     pub learnt_paths: u64,
     /// The newest estimate of the picture's relative error, where it was to end by that.
     pub relative_error: Option<f64>,
+    /// Pixels along the tiles that got different numbers of samples, where they did.
+    pub(crate) adaptive_tiles: Option<u32>,
 }
 
 impl Rendering {

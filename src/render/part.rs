@@ -280,6 +280,7 @@ pub(crate) fn join<R>(
         verdict: None,
         learnt_paths: 0,
         relative_error: None,
+        adaptive_tiles: None,
     })
 }
 
