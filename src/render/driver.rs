@@ -67,7 +67,7 @@ impl<'a, W: Watch> Driver<'a, W> {
     pub fn iterate(&mut self, observer: Observer, onlooker: &mut dyn Onlooker) -> bool {
         let resumed = self.record.take();
         let is_over = resumed.as_ref().is_some_and(|record| record.is_good || self.limits.time_is_up());
-        let Some(mut record) = resumed.or_else(|| self.begin_iteration()) else { return false };
+        let Some(mut record) = resumed.or_else(|| self.begin_iteration(observer)) else { return false };
         let go_on = !is_over && self.passes(&mut record, observer, onlooker);
         self.take_in(&mut record);
         let IterationOrder { samples, last, learn } = record.order;
@@ -84,9 +84,10 @@ impl<'a, W: Watch> Driver<'a, W> {
     }
 
     /// The record of the next iteration; `None` where nothing is left of the budget.
-    fn begin_iteration(&mut self) -> Option<Record> {
+    fn begin_iteration(&mut self, observer: Observer) -> Option<Record> {
         if self.state.plan.trains && !self.is_online() {
-            train(&self.job, &self.limits, &mut self.state);
+            let before = Progress { training: true, ..self.progress() };
+            train(&self.job, &self.limits, &mut self.state, &mut || observer(&before));
         }
         let left = self.samples_left();
         if left == 0 {
@@ -347,7 +348,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         let RenderState { paths, pixels, .. } = self.state;
         let by_samples = paths as f64 / (pixels as f64 * self.job.settings.render.spp as f64);
         let share = by_samples.max(self.limits.share()).min(1.0);
-        Progress { samples: self.state.samples(), share, wall_seconds: self.limits.elapsed(), paths }
+        Progress { samples: self.state.samples(), share, wall_seconds: self.limits.elapsed(), paths, training: false }
     }
 
     fn is_online(&self) -> bool {

@@ -98,6 +98,8 @@ pub struct Progress {
     pub share: f64,
     pub wall_seconds: f64,
     pub paths: u64,
+    /// The guide is being trained on a small picture, to which the figures do not refer.
+    pub training: bool,
 }
 
 /// Watches a render; returns whether it should go on.

@@ -123,7 +123,8 @@ pub(crate) fn render_part(
         let samples = first..part.samples.end.min(first.saturating_add(step as u32));
         counters.add(&work.stretch(samples.clone())?);
         let (done, paths) = (samples.end - part.samples.start, counters.paths);
-        let progress = Progress { samples: done, share: f64::from(done) / all, wall_seconds: limits.elapsed(), paths };
+        let (share, wall_seconds) = (f64::from(done) / all, limits.elapsed());
+        let progress = Progress { samples: done, share, wall_seconds, paths, training: false };
         if !observer(&progress) {
             return None;
         }

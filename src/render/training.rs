@@ -35,8 +35,9 @@ pub(super) fn samples(pixels: u64, budget: f64) -> u32 {
 }
 
 /// Trains the guide of a render that is about to begin, or to take its first guided sample. Under a limit of time it takes its share
-/// of that at most.
-pub(super) fn train<W: Watch>(job: &Job<W>, limits: &Limits, state: &mut RenderState) {
+/// of that at most. `go_on` is asked before each pass.
+pub(super) fn train<W: Watch>(job: &Job<W>, limits: &Limits, state: &mut RenderState, go_on: &mut dyn FnMut() -> bool) {
+    go_on();
     let camera = job.camera.coarser(PIXELS);
     let mut settings = job.settings.clone();
     settings.render.spp = samples(state.pixels, f64::from(settings.render.spp));
@@ -48,7 +49,7 @@ pub(super) fn train<W: Watch>(job: &Job<W>, limits: &Limits, state: &mut RenderS
     let mut trained = RenderState::new(job.scene, &camera, &settings, GuideIo { from: None, keep: true });
     trained.guide = state.guide.take();
     let mut driver = Driver::new(small, trained, Limits::from_now(share, limits.stop));
-    driver.run(&mut |_| !limits.stop.is_asked(), &mut ());
+    driver.run(&mut |_| go_on() && !limits.stop.is_asked(), &mut ());
     let trained = driver.into_state();
     (state.guide, state.learnt_samples) = (trained.guide, trained.learnt_samples);
     state.roulette = trained.roulette.map(|small| enlarged(&small, &camera, job.camera));
