@@ -304,7 +304,6 @@ fn check_part(arguments: &RenderArguments, scene: &SceneFile) -> Result<()> {
         !render.adaptive,
         "--part cannot render adaptively: each part has as many samples of one pixel as of another"
     );
-    ensure!(!render.wants_ids(), "--part cannot render the layer cryptomatte");
     Ok(())
 }
 

@@ -27,7 +27,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-static KIND: Kind = Kind { magic: *b"PTXFILM\0", version: 1, name: "film" };
+static KIND: Kind = Kind { magic: *b"PTXFILM\0", version: 2, name: "film" };
 
 /// Camera paths between two reports of progress, at least.
 const STRETCH: u64 = 1 << 18;
@@ -106,7 +106,7 @@ pub(crate) fn render_part(
             sampler: settings.render.sampler,
             sequence: 0,
             features: false,
-            ids: false,
+            ids: settings.render.wants_ids() && wanted.film,
             bounced: false,
             layers: &layers,
         },

@@ -8,7 +8,8 @@ use crate::scene::Scene;
 use std::path::Path;
 
 fn door(set: &[&str]) -> (Scene, Settings) {
-    let small = ["film.width=70", "film.height=40", "render.layers=[\"direct\", \"P\"]", "render.spp=37"];
+    let small =
+        ["film.width=70", "film.height=40", "render.layers=[\"direct\", \"P\", \"cryptomatte\"]", "render.spp=37"];
     let set: Vec<String> = small.iter().chain(set).map(ToString::to_string).collect();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/door.toml");
     let (description, _) = format::load(&path, &set).unwrap();
@@ -51,6 +52,7 @@ fn assert_same(a: &Rendering, b: &Rendering) {
         e.features.iter().map(|f| (f.mean_position(), f.mean_depth(), f.albedo, f.normal)).collect()
     };
     assert!(positions(a) == positions(b));
+    assert!(a.ids.counts == b.ids.counts && a.ids.samples == b.ids.samples && !a.ids.counts.is_empty());
 }
 
 #[test]
@@ -71,6 +73,16 @@ fn any_number_of_parts_makes_the_picture_of_one_render() {
     }
     let depth = |e: &crate::film::accumulate::Estimate| e.features.iter().map(|f| f.depth).sum::<f32>();
     assert!((depth(&one.estimate) / depth(&whole) - 1.0).abs() < 1e-4);
+    let sorted = |e: &crate::film::accumulate::Estimate| -> Vec<Vec<(u32, u16)>> {
+        let of = |counts: &crate::film::ids::IdCounts| {
+            let mut all: Vec<_> = counts.iter().collect();
+            all.sort_unstable();
+            all
+        };
+        e.ids.counts.iter().flatten().map(of).collect()
+    };
+    assert!(sorted(&one.estimate) == sorted(&whole) && one.estimate.ids.samples == whole.ids.samples);
+    assert!(sorted(&whole).iter().any(|ids| ids.len() > 1), "each pixel shows one thing alone");
 }
 
 #[test]
