@@ -58,6 +58,14 @@ pub(super) struct Account {
     cpu: CpuTime,
 }
 
+impl Account {
+    fn add(&mut self, other: &Account) {
+        self.counters.add(&other.counters);
+        self.wall_seconds += other.wall_seconds;
+        self.cpu += other.cpu;
+    }
+}
+
 /// What is wanted of a part: its samples, or what they teach, or both.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wanted {
@@ -283,6 +291,40 @@ pub(crate) fn join<R>(
         relative_error: None,
         adaptive_tiles: None,
     })
+}
+
+/// Joins the films of neighbouring parts, in any order, into one of them all.
+///
+/// # Errors
+/// As of [`join`]; and samples between two films that are in none.
+pub(crate) fn join_films<R>(
+    scene: &Scene,
+    settings: &Settings,
+    mut files: Vec<PartFile<R>>,
+) -> Result<(Header<R>, Done)> {
+    check(scene, settings, &mut files, true)?;
+    for pair in files.windows(2) {
+        let (end, start) = (pair[0].part.samples.end, pair[1].part.samples.start);
+        if end < start {
+            return Err(pair[1].file.error(&format!("samples {end} to {} before it are in no file", start - 1)));
+        }
+    }
+    let mut film = empty_film(scene, settings);
+    let mut joined: Option<(Header<R>, Part, Account)> = None;
+    for mut file in files {
+        add_tiles(&mut film, &mut file.file)?;
+        let PartFile { header, part, account, .. } = file;
+        joined = match joined {
+            None => Some((header, part, account)),
+            Some((header, mut all, mut sum)) => {
+                all.samples.end = part.samples.end;
+                sum.add(&account);
+                Some((header, all, sum))
+            }
+        };
+    }
+    let (header, part, account) = joined.ok_or_else(|| crate::Error::Scene("there are no films to join".into()))?;
+    Ok((header, Done { part, account, film: Some(film), lesson: None }))
 }
 
 /// Adds what a file holds, one tile after the other, so that there are never two films in memory.

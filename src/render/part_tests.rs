@@ -1,7 +1,7 @@
 //! Parts of a render make the same picture, however many there are.
 
 use super::super::{GuideIo, Rendering, Settings, Stop, guide_file, render, render_keeping};
-use super::{Done, Header, Part, Wanted, join, open, render_part};
+use super::{Done, Header, Part, Wanted, join, join_films, open, render_part};
 use crate::format;
 use crate::render::guide_file::{GuideFingerprint, LoadedGuide};
 use crate::scene::Scene;
@@ -178,4 +178,27 @@ fn films_that_are_there_make_a_picture_of_their_samples() {
     let depths = [&outer, &inner, &all.estimate].map(|e| e.features.iter().map(|f| f.depth).sum::<f32>());
     assert!((depths[0] / depths[2] - 1.0).abs() < 0.1 && (depths[1] / depths[2] - 1.0).abs() < 0.1, "{depths:?}");
     assert!(some(&["1-4", "1-4"]).err().unwrap().contains("its samples 0 to 19 are in"));
+}
+
+#[test]
+fn films_of_films_make_the_same_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, settings) = door(&["guiding.method=none", "render.spp=10"]);
+    files(folder.path(), (&scene, &settings), None, 5, 2);
+    let films = |names: &[&str], to: &str| {
+        let files = names.iter().map(|name| open::<()>(&folder.path().join(name)).unwrap()).collect();
+        let (header, done) = join_films(&scene, &settings, files).map_err(|error| error.to_string())?;
+        done.write(&header, Some(&folder.path().join(to)), None).map_err(|error| error.to_string())
+    };
+    films(&["2-5", "3-5"], "inner").unwrap();
+    films(&["inner", "1-5"], "first").unwrap();
+    films(&["5-5", "4-5"], "last").unwrap();
+    let whole = joined(folder.path(), &["1-5", "2-5", "3-5", "4-5", "5-5"], &scene, &settings).unwrap();
+    let tree = joined(folder.path(), &["last", "first"], &scene, &settings).unwrap();
+    assert_same(&tree, &whole);
+    assert_eq!(tree.total().paths, whole.total().paths);
+    let refused = |names: &[&str]| films(names, "no").unwrap_err();
+    assert!(refused(&["1-5", "3-5"]).contains("samples 2 to 3 before it are in no file"));
+    assert!(refused(&["first", "3-5"]).contains("its samples 4 to 5 are in"));
+    assert!(!folder.path().join("no").exists());
 }
