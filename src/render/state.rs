@@ -2,6 +2,7 @@
 
 use super::adaptive::{Adaptive, Left};
 use super::foresight;
+use super::guide_file::LoadedGuide;
 use super::noise::Noise;
 use super::policy::{Budget, GuidePolicy, History, Iteration, Mode, Plan, Policy};
 use super::schedule::{LONGEST_ITERATION, Tiling};
@@ -151,6 +152,7 @@ impl RenderState {
         let (width, height) = (camera.width, camera.height);
         let pixels = width as u64 * height as u64;
         let was_given = from.is_some();
+        let roulette = from.as_ref().and_then(|from| seen(scene, camera, settings, from));
         let wanted = was_given || keep;
         let (guide, learnt_paths, salt) = from.map_or((None, 0, 0), |from| (Some(from.guide), from.paths, from.salt));
         let learnt_samples = guide.as_ref().map_or(0, |guide| (guide.learnt_paths() / pixels) as u32);
@@ -167,7 +169,7 @@ impl RenderState {
             guide,
             plan: policy.next_iteration(&History { samples: 0, planned: None }),
             policy,
-            roulette: None,
+            roulette,
             bounced: Vec::new(),
             seed: settings.render.seed ^ salt,
             sequence: 0,
@@ -335,6 +337,13 @@ impl RenderState {
             None => self.film.relative_error(),
         }
     }
+}
+
+/// How bright the picture is, and how noisy, where a guide has been learnt with this camera by machines together.
+fn seen(scene: &Scene, camera: &Camera, settings: &Settings, from: &LoadedGuide) -> Option<RouletteNormalisation> {
+    let view = from.view.as_ref().filter(|_| settings.integrator.roulette == Roulette::Guided)?;
+    let tiles = Tiling::of_single_samples(camera.width, camera.height).tiles();
+    view.of(&scene.hash_text(), &tiles, camera.width)
 }
 
 /// Unguided samples are identically distributed, so they are weighted equally, whatever their estimated variances.
