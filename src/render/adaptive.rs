@@ -29,6 +29,10 @@ const LEAST: f64 = 0.25;
 /// Samples that a tile gets at least where it gets any, so that they tell their noise.
 const FEWEST: u32 = 4;
 
+/// Share of the squared error that a tile may have which is left to the samples to come, at least. If its noise has shown late, those
+/// before may have too large a share already, and the tile ends with a larger error than was asked for.
+const LATE: f64 = 0.25;
+
 /// Share that all samples so far keep where a finished render is to become better than before, at most.
 const KEPT: f64 = 0.5;
 
@@ -162,7 +166,7 @@ impl Adaptive {
         for ((tile, of), (TileShare { before, share, .. }, done)) in
             self.tiles.iter_mut().zip(tiling.tiles()).zip(film.shares())
         {
-            if done == 0 || whole == 0.0 {
+            if done == 0 || whole * share == 0.0 {
                 continue;
             }
             let of_mean = tile.noise / f64::from(done);
@@ -206,7 +210,8 @@ impl Adaptive {
         let shares: Vec<TileShare> =
             numbered.map(|(share, tile)| TileShare { first: self.sequence + tile.taken, ..*share }).collect();
         self.samples = shares.iter().map(|share| share.samples).collect();
-        let samples = (paths(&shares, tiling).div_ceil(tiling.pixels())) as u32;
+        // as many as were ordered, but for rounding
+        let samples = ((paths(&shares, tiling) + tiling.pixels() / 2) / tiling.pixels()).max(1) as u32;
         self.passes = samples.div_ceil(tiling.samples).max(2);
         self.last = last;
         self.most = self.most.saturating_add(self.samples.iter().copied().max().unwrap_or(0));
@@ -245,19 +250,16 @@ impl Adaptive {
         let ends = order.last && order.samples <= self.doubled();
         let most = f64::from(order.samples.min(self.doubled()));
         let share = |(tile, &before): (&TileState, &f64)| {
-            let (rest, error) = (1.0 - before, noise * noise - before * before * tile.kept);
+            let (rest, goal) = (1.0 - before, noise * noise);
             if rest <= 0.0 {
                 return TileShare { before: 1.0, share: 0.0, samples: 0, first: 0 };
             }
-            let needed = if error > 0.0 { rest * rest * tile.noise / error } else { f64::INFINITY };
-            let needed = needed.max(LEAST * most).ceil().max(f64::from(FEWEST));
+            let error = (goal - before * before * tile.kept).max(LATE * goal);
+            let needed = (rest * rest * tile.noise / error).max(LEAST * most).ceil();
+            let needed = needed.clamp(f64::from(FEWEST), f64::from(u32::MAX >> 2));
             let samples = if ends { needed } else { needed.min(most) };
-            TileShare {
-                before,
-                share: rest * samples / needed,
-                samples: samples.min(f64::from(u32::MAX >> 2)) as u32,
-                first: 0,
-            }
+            let share = if samples < needed { rest * samples / needed } else { rest };
+            TileShare { before, share, samples: samples as u32, first: 0 }
         };
         let shares: Vec<TileShare> = self.tiles.iter().zip(kept).map(share).collect();
         let last = shares.iter().all(|tile| tile.before + tile.share >= 1.0);
@@ -311,15 +313,14 @@ fn deal(weights: &[Option<f64>], mean: f64, tiles: &[Tile]) -> Vec<u32> {
         let total: f64 = (0..tiles.len()).map(|k| samples(middle, k) * areas[k]).sum();
         *(if total > paths { &mut high } else { &mut low }) = middle;
     }
+    // what rounding has given too much, or not yet, is made up for by the next
     let mut owed = 0.0;
     let rounded = |k: usize| {
-        if areas[k] == 0.0 {
-            return 0;
-        }
-        owed += samples(high, k) * areas[k];
-        let whole = (owed / areas[k]).ceil().max(1.0);
+        let exact = samples(high, k);
+        owed += exact * areas[k];
+        let whole = if owed > exact.floor() * areas[k] { exact.ceil() } else { exact.floor() };
         owed -= whole * areas[k];
-        whole as u32
+        if areas[k] > 0.0 { whole as u32 } else { 0 }
     };
     (0..tiles.len()).map(rounded).collect()
 }

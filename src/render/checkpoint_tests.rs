@@ -144,10 +144,10 @@ fn until_it_is_good() {
 
 #[test]
 fn where_tiles_get_different_numbers_of_samples() {
-    let whole = check(&["guiding.method=none", "render.adaptive=true", "render.spp=120"], false, 11);
+    let whole = check(&["guiding.method=none", "render.adaptive=true", "render.spp=120"], false, 7);
     assert!(whole.adaptive_tiles.is_some() && whole.samples == 120);
     let guided = ["guiding.method=adaptive", "render.adaptive=true", "film.width=64"];
-    let until = check(&[&guided[..], &["render.spp=50000", "render.noise=0.5"]].concat(), false, 13);
+    let until = check(&[&guided[..], &["render.spp=50000", "render.noise=0.5"]].concat(), false, 5);
     assert!(until.adaptive_tiles.is_some() && until.samples < 50000);
 }
 

@@ -43,6 +43,7 @@ pub(super) fn train<W: Watch>(job: &Job<W>, limits: &Limits, state: &mut RenderS
     settings.render.spp = samples(state.pixels, f64::from(settings.render.spp));
     settings.render.seed = state.seed ^ SEED;
     (settings.render.time, settings.render.noise) = (None, None);
+    settings.render.adaptive = false;
     settings.render.layers.clear();
     let share = limits.seconds.map(|seconds| SHARE * seconds);
     let small = Job { camera: &camera, settings: &settings, keep_guide: true, keeps_state: false, ..*job };

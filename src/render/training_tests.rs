@@ -122,7 +122,7 @@ fn roulette_goes_by_the_nearest_pixel_of_the_small_picture() {
 
 #[test]
 fn training_is_told_of_before_the_first_pass() {
-    let (scene, settings) = door(&["film.width=512", "film.height=288", "render.spp=48"]);
+    let (scene, settings) = own("door.toml", GuidingMethod::Adaptive);
     let (mut told, mut stop) = (Vec::new(), false);
     let mut observer = |progress: &crate::render::Progress| {
         told.push(progress.training);
