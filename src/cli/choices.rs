@@ -23,6 +23,15 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
+    /// The options that ask for the same.
+    pub(crate) fn words(&self) -> Vec<String> {
+        let threads = ["--threads".to_string(), self.threads.to_string()];
+        threads
+            .into_iter()
+            .chain(self.isa.iter().flat_map(|isa| ["--isa".to_string(), isa.name().to_string()]))
+            .collect()
+    }
+
     /// The same, with the instruction set of another where none was chosen.
     pub(crate) fn or_isa_of(&self, other: &Machine) -> Machine {
         Machine { threads: self.threads, isa: self.isa.or(other.isa) }

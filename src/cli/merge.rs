@@ -1,5 +1,7 @@
 //! `phototaxis merge`: one picture of several renders.
 
+use super::output::check_writable;
+use super::progress::say;
 use super::render::{Ready, settings};
 use super::render_arguments::RenderArguments;
 use super::signals::Signals;
@@ -18,7 +20,8 @@ const EXAMPLES: &str = "Examples:
 
   phototaxis render scene.toml --guide none --spp 1k --part 1/2 --film-out 1.film
   phototaxis render scene.toml --guide none --spp 1k --part 2/2 --film-out 2.film
-  phototaxis merge 1.film 2.film -o scene.exr";
+  phototaxis merge 1.film 2.film -o scene.exr
+  phototaxis merge 1.film 2.film --film-out half.film";
 
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
@@ -28,8 +31,12 @@ pub(crate) struct MergeArguments {
     #[arg(required = true)]
     files: Vec<PathBuf>,
     /// Picture to write, .exr or .png; may be repeated.
-    #[arg(short, long, value_name = "FILE", required = true)]
+    #[arg(short, long, value_name = "FILE", required_unless_present = "film_out")]
     output: Vec<PathBuf>,
+    /// Writes one film of those of neighbouring parts, in place of a picture: merge takes it with those that are left. So films can
+    /// be joined by several machines.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["output", "partial", "denoise", "json"])]
+    film_out: Option<PathBuf>,
     /// Makes a picture of the films that there are, each of which has as many samples of one pixel as of another, where others
     /// are missing.
     #[arg(long)]
@@ -49,6 +56,7 @@ pub(crate) fn run(arguments: &MergeArguments) -> Result<ExitCode> {
     let first = arguments.files.first().context("there is nothing to merge")?;
     match part::is_film(first) {
         true => films(arguments),
+        false if arguments.film_out.is_some() => bail!("{}: --film-out joins films, and it is none", first.display()),
         false => checkpoints(arguments, first),
     }
 }
@@ -84,10 +92,26 @@ fn films(arguments: &MergeArguments) -> Result<ExitCode> {
     let films = arguments.files.iter().map(|path| part::open::<RenderArguments>(path));
     let films = films.collect::<crate::Result<Vec<_>>>()?;
     let asked = asked(arguments, &films[0].header.request);
+    if let Some(path) = &arguments.film_out {
+        return one_film(&asked, films, path);
+    }
     let ready = Ready::new(&asked)?;
     let signals = Signals::catch(arguments.quiet)?;
     let rendering = part::join(&ready.scene, &settings(&ready.description), films, arguments.partial)?;
     ready.present(&rendering, &signals)
+}
+
+/// One film of neighbouring parts.
+fn one_film(asked: &RenderArguments, films: Vec<part::PartFile<RenderArguments>>, path: &Path) -> Result<ExitCode> {
+    check_writable(path)?;
+    let ready = Ready::without_outputs(asked)?;
+    let (header, joined) = part::join_films(&ready.scene, &settings(&ready.description), films)?;
+    joined.write(&header, Some(path), None)?;
+    ready.bar.finish();
+    if !asked.quiet {
+        say(&format!("wrote {}", path.display()));
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// What the first render was asked for, but for what is written.

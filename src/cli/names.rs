@@ -1,6 +1,6 @@
 //! Names of pictures where none are given: like the scene, and never those of another scene's pictures.
 
-use super::output::{EXR_INCOMPLETE, PNG_INCOMPLETE, PNG_SCENE};
+use super::output::{EXR_INCOMPLETE, PNG_EXPOSURE, PNG_INCOMPLETE, PNG_SCENE, VIEW_EXPOSURE};
 use crate::image::exr::{Attribute, read_attributes};
 use crate::image::png;
 use anyhow::{Context as _, Result, bail};
@@ -39,6 +39,17 @@ pub(super) fn is_whole(path: &Path) -> bool {
         false => png::text(path, PNG_INCOMPLETE).is_some(),
     };
     path.is_file() && !marked
+}
+
+/// Stops by which a picture, or the PNG beside an EXR, is brightened, where it says so.
+pub(super) fn exposure(path: &Path) -> Option<f32> {
+    match path.extension().is_some_and(|e| e == "exr") {
+        true => match read_attributes(path).ok()?.get(VIEW_EXPOSURE) {
+            Some(Attribute::Float(stops)) => Some(*stops),
+            _ => None,
+        },
+        false => png::text(path, PNG_EXPOSURE)?.parse().ok(),
+    }
 }
 
 /// What the scene is called.

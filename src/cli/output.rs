@@ -16,6 +16,8 @@ use std::path::{Path, PathBuf};
 
 /// Attributes of an EXR: stops and tone curve with which its picture was shown.
 pub(super) const VIEW_EXPOSURE: &str = "viewExposure";
+/// Keyword of a PNG's text with the same stops.
+pub(super) const PNG_EXPOSURE: &str = "Exposure";
 pub(super) const VIEW_TONE: &str = "viewTone";
 /// The layer that it showed, where that is not the picture itself.
 pub(super) const VIEW_LAYER: &str = "viewLayer";

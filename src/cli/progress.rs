@@ -33,6 +33,7 @@ pub(crate) enum Stage {
     Loading,
     Textures,
     Building,
+    Training,
     Rendering,
     Denoising,
     Writing,
@@ -44,6 +45,7 @@ impl Stage {
             Stage::Loading => "loading the scene",
             Stage::Textures => "loading textures",
             Stage::Building => "preparing the scene for rays",
+            Stage::Training => "training the guide",
             Stage::Rendering => "rendering",
             Stage::Denoising => "denoising",
             Stage::Writing => "writing pictures",
@@ -197,6 +199,10 @@ impl Bar {
     }
 
     pub(crate) fn update(&self, progress: &Progress) {
+        if progress.training {
+            return self.stage(Stage::Training);
+        }
+        self.stage(Stage::Rendering);
         lock(&self.shared.state).progress = Some(*progress);
     }
 
@@ -333,7 +339,7 @@ mod tests {
     use super::*;
 
     fn state(share: f64) -> State {
-        let progress = Some(Progress { samples: 12, share, wall_seconds: 30.0, paths: 60_000_000 });
+        let progress = Some(Progress { samples: 12, share, wall_seconds: 30.0, paths: 60_000_000, training: false });
         State { stage: Stage::Rendering, since: Instant::now(), progress, frame: None, finished: false }
     }
 

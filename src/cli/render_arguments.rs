@@ -55,6 +55,9 @@ pub(crate) struct RenderArguments {
     time: Option<f64>,
     #[arg(long, value_name = "ERROR", value_parser = amounts::error, help = help("render.noise"))]
     noise: Option<f64>,
+    #[arg(long, help = help("render.adaptive"))]
+    #[serde(default)]
+    adaptive: bool,
     /// Begins with what an earlier render of this scene learnt, whatever its camera.
     #[arg(long, value_name = "FILE")]
     pub(super) guide_in: Option<PathBuf>,
@@ -244,6 +247,7 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
     let budget = [spp.map(|n| format!("render.spp={n}")), arguments.time.map(|t| format!("render.time={t:?}"))];
     let noise = arguments.noise.map(|noise| format!("render.noise={noise:?}"));
     let layers = (!arguments.layers.is_empty()).then(|| format!("render.layers={:?}", arguments.layers));
+    let adaptive = arguments.adaptive.then(|| "render.adaptive=true".to_string());
     let strict = arguments.strict.then(|| "render.strict=true".to_string());
     let size = arguments.size.map(|(width, height)| [format!("film.width={width}"), format!("film.height={height}")]);
     let view = [
@@ -253,7 +257,7 @@ fn overrides(arguments: &RenderArguments) -> Vec<String> {
     arguments.choices.overrides(
         budget
             .into_iter()
-            .chain([noise])
+            .chain([noise, adaptive])
             .chain(view)
             .flatten()
             .chain(layers)
@@ -296,7 +300,10 @@ fn check_part(arguments: &RenderArguments, scene: &SceneFile) -> Result<()> {
     let ends_by_samples = render.time.is_none() && render.noise.is_none();
     ensure!(ends_by_samples, "--part needs a number of samples, and render.time or render.noise is given");
     ensure!(render.order == Order::Progressive, "--part needs render.order = \"progressive\"");
-    ensure!(!render.wants_ids(), "--part cannot render the layer cryptomatte");
+    ensure!(
+        !render.adaptive,
+        "--part cannot render adaptively: each part has as many samples of one pixel as of another"
+    );
     Ok(())
 }
 

@@ -42,6 +42,8 @@ pub(crate) struct Report {
     spp_kept_least: u32,
     spp_kept_most: u32,
     blank_pixels: usize,
+    /// Samples of the picture tile by tile, where noisy ones got more.
+    adaptive: Option<TileCounts>,
     /// Estimated of the picture, where rendering was to end by it.
     relative_error: Option<f64>,
     load_wall_seconds: f64,
@@ -78,6 +80,25 @@ pub(crate) struct Report {
     /// Iterations of the small picture on which the guide was trained; their samples are per pixel of it.
     training: Vec<Iteration>,
     iterations: Vec<Iteration>,
+}
+
+/// Numbers of samples per pixel that the picture holds.
+#[derive(Serialize)]
+struct TileCounts {
+    /// Pixels along a tile; those at the right and below may be smaller.
+    tile: u32,
+    columns: u32,
+    rows: u32,
+    /// Row by row, from the upper left.
+    samples: Vec<u32>,
+}
+
+impl TileCounts {
+    fn new(estimate: &Estimate, tile: u32) -> TileCounts {
+        let (columns, rows) = (estimate.width.div_ceil(tile), estimate.height.div_ceil(tile));
+        let corner = |k: u32| ((k / columns * estimate.width + k % columns) * tile) as usize;
+        TileCounts { tile, columns, rows, samples: (0..columns * rows).map(|k| estimate.count(corner(k))).collect() }
+    }
 }
 
 #[derive(Serialize)]
@@ -156,6 +177,7 @@ impl Report {
             spp_kept_least: least,
             spp_kept_most: most,
             blank_pixels: blank,
+            adaptive: rendering.adaptive_tiles.map(|tile| TileCounts::new(&rendering.estimate, tile)),
             relative_error: rendering.relative_error,
             load_wall_seconds: context.load_seconds,
             build_wall_seconds: context.build_seconds,
@@ -210,8 +232,8 @@ impl Report {
         )];
         if self.spp_kept_least < self.spp_kept_most {
             let (least, most) = (self.spp_kept_least, self.spp_kept_most);
-            lines
-                .push(format!("the last pass was cut: pixels have {least} to {most} samples, see the layer samples.Y"));
+            let why = if self.adaptive.is_some() { "adaptive" } else { "the last pass was cut" };
+            lines.push(format!("{why}: pixels have {least} to {most} samples, see the layer samples.Y"));
         }
         if self.blank_pixels > 0 {
             let all = self.width as usize * self.height as usize;

@@ -1,5 +1,6 @@
 //! The film: sums of samples, iteration by iteration, and how iterations become one picture.
 
+use super::allotted::Allotted;
 use super::features::FeatureSums;
 pub use super::features::PictureIds;
 use super::group::IterationGroup;
@@ -38,11 +39,13 @@ pub(crate) struct Film {
     pub(super) layers: Vec<RadianceLayer>,
     pub(super) group: IterationGroup,
     /// State of the group at the start of the current iteration, if the group spans several iterations.
-    before: Option<IterationGroup>,
+    pub(super) before: Option<IterationGroup>,
     /// The previous group. Its weight is computed once the next group exists, against whose picture its noise is measured.
     pub(super) pending: Option<IterationGroup>,
     /// Of the groups before these.
-    picture: Picture,
+    pub(super) picture: Picture,
+    /// What tiles get, where they get different numbers of samples; then the picture is of what is kept of the groups before.
+    pub(super) allotted: Option<Allotted>,
     pub(super) features: FeatureSums,
 }
 
@@ -96,6 +99,7 @@ impl Film {
             before: None,
             pending: None,
             picture: Picture::new(pixels, layers.len()),
+            allotted: None,
             features: FeatureSums::new(width, pixels),
         }
     }
@@ -117,7 +121,7 @@ impl Film {
     pub(crate) fn add(&mut self, tile: &Tile, samples: &TileSamples) {
         self.features.add(tile, samples);
         let (group, before) = (&mut self.group, self.before.as_ref().map_or(0, |before| before.samples));
-        let begin = group.first + before;
+        let begin = self.allotted.as_ref().map_or(group.first + before, |allotted| allotted.first(tile));
         let numbers = samples.numbers.start.saturating_sub(begin)..samples.numbers.end.saturating_sub(begin);
         group.halves.keep((tile, self.width), &group.sum, numbers, before);
         for y in 0..tile.height {
@@ -178,13 +182,16 @@ impl Film {
         (self.width, self.height, &self.layers[..]) == (width, height, layers)
             && groups.all(|group| group.fits(pixels, layers.len()))
             && self.picture.fits(pixels, layers.len())
+            && self.allotted.as_ref().is_none_or(|allotted| allotted.fits([width, height], layers.len()))
             && self.features.fits(width, pixels)
     }
 
     /// Ends an iteration: its samples are weighed into the picture once there are enough of them.
     pub(crate) fn end_iteration(&mut self) {
         self.level();
-        if self.group.samples >= MIN_GROUP {
+        if self.allotted.is_some() {
+            self.end_allotted();
+        } else if self.group.samples >= MIN_GROUP {
             self.close_group();
             self.before = None;
         } else {
@@ -212,7 +219,7 @@ impl Film {
     /// Adds to the group before it a rest that is too small to be weighed by its own variance. Such a rest is left where
     /// rendering ends before it was planned to; without this the picture would not hold it.
     pub(crate) fn join_rest(&mut self) {
-        if self.group.samples >= MIN_GROUP || self.group.is_empty() {
+        if self.group.samples >= MIN_GROUP || self.group.is_empty() || self.allotted.is_some() {
             return;
         }
         if let Some(before) = self.pending.take() {
@@ -237,6 +244,9 @@ impl Film {
     }
 
     pub(super) fn whole_picture(&self) -> Picture {
+        if let Some(allotted) = &self.allotted {
+            return self.allotted_picture(allotted);
+        }
         // a rest too small to be weighed by its own variance joins only where there is nothing else
         let alone = self.picture.samples == 0 && self.picture.surplus.is_empty() && self.pending.is_none();
         let joins = self.group.samples >= MIN_GROUP || alone || self.combine != Combine::InverseVariance;
@@ -269,7 +279,7 @@ impl Film {
     }
 
     /// The group after the current one.
-    fn empty_group(&self) -> IterationGroup {
+    pub(super) fn empty_group(&self) -> IterationGroup {
         let group = IterationGroup::new(self.pixels(), self.layers.len());
         let halves = if self.halved { Halves::new(self.pixels()) } else { Halves::default() };
         IterationGroup { first: self.group.first + self.group.samples, halves, ..group }

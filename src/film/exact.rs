@@ -5,6 +5,7 @@
 
 use super::RadianceLayer;
 use super::accumulate::{Estimate, PictureIds};
+use super::ids::{AllCounts, IdCounts, KINDS};
 use super::tile::{Aovs, Tile, TileSamples};
 use crate::math::Rgb;
 use crate::math::fixed::{fixed, value};
@@ -41,12 +42,20 @@ pub(crate) struct TileSums {
     layers: Vec<Vec<Sum3>>,
     /// Empty where no sample was averaged.
     features: Vec<[i128; FEATURES]>,
+    /// What the same samples met; empty where that is not asked for.
+    ids: Vec<[AllCounts; KINDS]>,
 }
 
 impl TileSums {
     fn new(pixels: usize, layers: usize) -> TileSums {
         let sums = || vec![Sum3::default(); pixels];
-        TileSums { sum: sums(), squares: sums(), layers: (0..layers).map(|_| sums()).collect(), features: Vec::new() }
+        TileSums {
+            sum: sums(),
+            squares: sums(),
+            layers: (0..layers).map(|_| sums()).collect(),
+            features: Vec::new(),
+            ids: Vec::new(),
+        }
     }
 
     fn add(&mut self, samples: &TileSamples) {
@@ -59,6 +68,13 @@ impl TileSums {
             let both = self.features.iter_mut().zip(&samples.features);
             both.for_each(|(sums, v)| add_all(sums, &numbers(v).map(fixed)));
         }
+        if !samples.ids.is_empty() {
+            let pixels = self.sum.len();
+            self.ids.resize(pixels, Default::default());
+            for (k, met) in samples.ids.iter().enumerate() {
+                self.ids[k % pixels].iter_mut().zip(met).for_each(|(counts, &id)| counts.add(id, 1));
+            }
+        }
     }
 
     fn add_sums(&mut self, other: &TileSums) {
@@ -70,12 +86,18 @@ impl TileSums {
             self.features.resize(self.sum.len(), [0; FEATURES]);
             self.features.iter_mut().zip(&other.features).for_each(|(sums, more)| add_all(sums, more));
         }
+        if !other.ids.is_empty() {
+            self.ids.resize(self.sum.len(), Default::default());
+            let kinds = self.ids.iter_mut().flatten().zip(other.ids.iter().flatten());
+            kinds.for_each(|(counts, more)| counts.join(more));
+        }
     }
 
     fn fits(&self, pixels: usize, layers: usize) -> bool {
         let all = [&self.sum, &self.squares].into_iter().chain(&self.layers);
         let features = self.features.is_empty() || self.features.len() == pixels;
-        features && self.layers.len() == layers && all.into_iter().all(|sums| sums.len() == pixels)
+        let ids = self.ids.is_empty() || self.ids.len() == pixels;
+        features && ids && self.layers.len() == layers && all.into_iter().all(|sums| sums.len() == pixels)
     }
 }
 
@@ -158,6 +180,11 @@ impl ExactFilm {
             features: vec![Aovs::default(); pixels],
             ids: PictureIds::default(),
         };
+        let has_ids = self.tiles.iter().any(|(_, sums)| has_ids(sums));
+        if has_ids {
+            estimate.ids =
+                PictureIds { counts: vec![[IdCounts::NONE; KINDS]; pixels], samples: vec![averaged.max(1); pixels] };
+        }
         let n = f64::from(samples.max(1));
         for (tile, sums) in self.tiles {
             let sums = sums.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -172,10 +199,17 @@ impl ExactFilm {
                 if let Some(sum) = sums.features.get(k) {
                     estimate.features[i] = features(sum, f64::from(averaged.max(1)));
                 }
+                if let Some(met) = sums.ids.get(k) {
+                    estimate.ids.counts[i] = met.clone().map(AllCounts::most);
+                }
             }
         }
         estimate
     }
+}
+
+fn has_ids(sums: &Mutex<TileSums>) -> bool {
+    !sums.lock().unwrap_or_else(PoisonError::into_inner).ids.is_empty()
 }
 
 /// Of the mean of `n` samples, by these; 0 of one.

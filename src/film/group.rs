@@ -16,7 +16,7 @@ const OUTLIERS: f64 = 1e-4;
 const MOST_OUTLIERS: f64 = 0.05;
 
 /// Share of a picture's mean luminance below which darker pixels are no more important.
-const FLOOR: f64 = 0.1;
+pub(super) const FLOOR: f64 = 0.1;
 
 /// The variance of a pixel at most, where squares of its samples are beyond an `f32`; the sum of three is not.
 const MOST_VARIANCE: f32 = f32::MAX / 4.0;
@@ -145,7 +145,7 @@ impl IterationGroup {
     }
 
     /// Variances of the luminance of the means, by those pixels alone that count.
-    fn mean_variances(&self, width: usize, counts: impl Fn(usize) -> bool + Sync) -> Vec<f64> {
+    pub(super) fn mean_variances(&self, width: usize, counts: impl Fn(usize) -> bool + Sync) -> Vec<f64> {
         let spread = (0..self.sum.len()).into_par_iter().map(|i| luminance(self.moments(i).1) as f64).collect();
         self.halves.variances(spread, |i| (self.sum[i], self.count(i)), counts, width)
     }
@@ -172,8 +172,7 @@ impl IterationGroup {
                 variance => variance / squares[i],
             };
             let all: Vec<f64> = (0..self.sum.len()).filter(of_colour).map(relative).collect();
-            let outliers = (OUTLIERS * self.samples as f64).min(MOST_OUTLIERS);
-            Some(1.0 / mean_without_largest(all, outliers).max(MIN_RELATIVE_VARIANCE))
+            Some(1.0 / mean_without_largest(all, outliers(self.samples.into())).max(MIN_RELATIVE_VARIANCE))
         };
         rayon::join(|| weight(1), || weight(0)).into()
     }
@@ -188,6 +187,11 @@ impl IterationGroup {
         let square = |l: &f64| l * l + (FLOOR * mean).powi(2);
         (mean > 0.0).then(|| blur(&light, |i| counts(&i), width).iter().map(square).collect())
     }
+}
+
+/// Share of the pixels, the noisiest, that are left out of averages, where each has so many samples.
+pub(super) fn outliers(samples: f64) -> f64 {
+    (OUTLIERS * samples).min(MOST_OUTLIERS)
 }
 
 /// Colour of pixel `i` on a checkerboard.

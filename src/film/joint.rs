@@ -13,10 +13,12 @@ impl Film {
         self.estimate(self.picture_so_far())
     }
 
-    fn picture_so_far(&self) -> Picture {
+    pub(super) fn picture_so_far(&self) -> Picture {
         let is_rest = self.group.samples < MIN_GROUP && !self.group.is_empty();
         match &self.pending {
-            Some(before) if is_rest => self.picture_of(Some(&before.clone().joined(&self.group)), None),
+            Some(before) if is_rest && self.allotted.is_none() => {
+                self.picture_of(Some(&before.clone().joined(&self.group)), None)
+            }
             _ => self.whole_picture(),
         }
     }
@@ -29,7 +31,7 @@ impl Film {
         let own =
             |group: &IterationGroup| group.weights(self.width as usize, group).map(|weight| weight.unwrap_or(0.0));
         let [mut first, mut second] = match self.combine {
-            _ if !self.tells_error => return None,
+            _ if !self.tells_error || self.allotted.is_some() => return None,
             Combine::InverseVariance => self.picture_so_far().information()?,
             Combine::All => self.information,
             Combine::Last if newest.is_some() => [0.0; 2],
@@ -46,8 +48,16 @@ impl Film {
     /// All that it says of the picture, which that of other renders can join.
     pub(crate) fn into_joint(self) -> JointFilm {
         let picture = self.picture_so_far();
-        let by_samples = self.combine != Combine::InverseVariance;
-        JointFilm { picture, by_samples, features: self.features, layers: self.layers, size: [self.width, self.height] }
+        let by_samples = self.combine != Combine::InverseVariance || self.allotted.is_some();
+        let alike = self.allotted.is_some();
+        JointFilm {
+            picture,
+            by_samples,
+            alike,
+            features: self.features,
+            layers: self.layers,
+            size: [self.width, self.height],
+        }
     }
 }
 
@@ -56,6 +66,8 @@ pub(crate) struct JointFilm {
     pub(super) picture: Picture,
     /// Samples count alike, and nothing is known of their noise.
     pub(super) by_samples: bool,
+    /// Its pixels count alike, however many samples each has: by their noise they were given them.
+    pub(super) alike: bool,
     pub(super) features: FeatureSums,
     pub(super) layers: Vec<RadianceLayer>,
     pub(super) size: [u32; 2],
@@ -64,7 +76,8 @@ pub(crate) struct JointFilm {
 impl JointFilm {
     /// Joins the film of a render that drew other random numbers, of the same size and with the same layers.
     pub(crate) fn join(&mut self, other: JointFilm) {
-        self.picture.join(&other.picture, self.size[0], self.by_samples || other.by_samples);
+        self.alike |= other.alike;
+        self.picture.join(&other.picture, self.size[0], [self.by_samples || other.by_samples, self.alike]);
         self.features.join(other.features);
     }
 

@@ -2,6 +2,7 @@
 
 pub mod accumulate;
 pub(crate) mod alike;
+mod allotted;
 pub(crate) mod blur;
 mod exact;
 mod extra_layer;
@@ -16,6 +17,7 @@ mod settings;
 mod surplus;
 pub(crate) mod tile;
 
+pub(crate) use allotted::TileShare;
 pub(crate) use exact::{ExactFilm, TileSums};
 pub(crate) use extra_layer::ExtraLayer;
 pub(crate) use joint::JointFilm;

@@ -38,6 +38,17 @@ impl Picture {
         }
     }
 
+    /// Samples of a pixel.
+    pub(super) fn count(&self, i: usize) -> u32 {
+        self.samples + self.surplus.of(i)
+    }
+
+    /// Says how many samples each pixel has.
+    pub(super) fn set_counts(&mut self, counts: Vec<u32>) {
+        self.surplus = Surplus::of_counts(counts);
+        self.samples = self.surplus.level();
+    }
+
     /// Whether it is of so many pixels and layers.
     pub(super) fn fits(&self, pixels: usize, layers: usize) -> bool {
         let all = [self.mean.len(), self.variance.len()].into_iter().chain(self.layers.iter().map(Vec::len));
@@ -74,21 +85,25 @@ impl Picture {
 
     /// Joins the picture of another render, by the weights that both have for each colour of the checkerboard: sums over
     /// their groups, to which a pixel's own noise has added nothing. By their numbers of samples, if `by_samples` or one of
-    /// them knows nothing of its noise.
-    pub(super) fn join(&mut self, other: &Picture, width: u32, by_samples: bool) {
+    /// them knows nothing of its noise. A pixel's own number of samples counts unless all are `alike`.
+    pub(super) fn join(&mut self, other: &Picture, width: u32, [by_samples, alike]: [bool; 2]) {
         let counts = [self.mean_count(), other.mean_count()];
         let weights = [0, 1].map(|colour| match by_samples || !(self.told[colour] && other.told[colour]) {
             true => counts,
             false => [self.weight[colour], other.weight[colour]],
         });
         // a pixel with more samples than others counts as much more
-        let share = |count: u32, mean: f64| if mean > 0.0 { f64::from(count) / mean } else { 0.0 };
+        let share = |count: u32, mean: f64| match alike {
+            true => f64::from(count.min(1)),
+            false if mean > 0.0 => f64::from(count) / mean,
+            false => 0.0,
+        };
         let shares: Vec<f32> = (0..self.mean.len())
             .into_par_iter()
             .map(|i| {
                 let [old, new] = weights[parity(i, width as usize)];
-                let old = old * share(self.samples + self.surplus.of(i), counts[0]);
-                let new = new * share(other.samples + other.surplus.of(i), counts[1]);
+                let old = old * share(self.count(i), counts[0]);
+                let new = new * share(other.count(i), counts[1]);
                 if new > 0.0 { (new / (old + new)) as f32 } else { 0.0 }
             })
             .collect();

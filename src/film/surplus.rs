@@ -15,6 +15,11 @@ impl Surplus {
         self.0.get(pixel).copied().unwrap_or(0)
     }
 
+    /// Of pixels that have so many.
+    pub(crate) fn of_counts(counts: Vec<u32>) -> Surplus {
+        Surplus(counts)
+    }
+
     /// Whether no pixel has any.
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()

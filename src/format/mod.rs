@@ -23,6 +23,7 @@ pub(crate) use model::whole_file;
 use crate::document::suggest::unknown;
 use crate::document::{Node, Reader, Source, overrides_tree};
 use crate::embree::Device;
+use crate::film::Combine;
 use crate::film::accumulate::BYTES_PER_LAYER;
 use crate::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
 use crate::integrator::{IntegratorSettings, Roulette};
@@ -229,8 +230,26 @@ fn apply_overrides(file: &mut SceneFile, path: &Path, overrides: &[String], leni
     overrides_tree(overrides).and_then(apply).map_err(|fault| source.error(fault))
 }
 
+/// What adaptive sampling needs and does not have.
+fn check_adaptive(file: &SceneFile) -> std::result::Result<(), &'static str> {
+    let (render, guided) = (&file.render, file.guiding.method != GuidingMethod::None);
+    let wants = [
+        (render.order == Order::Blocks, "render.order = \"progressive\": iterations decide on those after them"),
+        (
+            guided && file.guiding.updates == Updates::Online,
+            "guiding.updates = \"frozen\": what is learnt within an iteration would come of the tiles that it gives most to",
+        ),
+        (
+            render.combine != Combine::InverseVariance,
+            "the usual render.combine: it weighs iterations by what was settled before they began",
+        ),
+    ];
+    wants.into_iter().find(|(wanted, _)| render.adaptive && *wanted).map_or(Ok(()), |(_, needs)| Err(needs))
+}
+
 /// That settings of several sections go together, once all of them have been read.
 fn check_order(file: &SceneFile, path: &Path) -> Result<()> {
+    check_adaptive(file).map_err(|needs| Error::file(path, format!("render.adaptive needs {needs}")))?;
     if file.render.order != Order::Blocks {
         return Ok(());
     }

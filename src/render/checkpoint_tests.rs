@@ -109,7 +109,8 @@ fn check(set: &[&str], keep: bool, every: usize) -> Rendering {
         assert_same(&whole, &gone_on(path, &scene, &settings), &format!("{set:?} from {}", path.display()));
     }
     let cuts = match (settings.render.noise, settings.render.spp) {
-        (Some(_), _) => &[9][..],
+        _ if settings.render.adaptive => &[70][..],
+        (Some(_), _) => &[9],
         (None, ..=100) => &[9, 33],
         (None, _) => &[33],
     };
@@ -139,6 +140,15 @@ fn until_it_is_good() {
     let small = ["film.width=32", "film.height=18", "render.spp=50000", "render.noise=0.6"];
     let whole = check(&[&["guiding.method=adaptive"][..], &small].concat(), false, 9);
     assert!(whole.relative_error.unwrap() <= 0.6 && whole.samples < 50000, "{} samples", whole.samples);
+}
+
+#[test]
+fn where_tiles_get_different_numbers_of_samples() {
+    let whole = check(&["guiding.method=none", "render.adaptive=true", "render.spp=120"], false, 7);
+    assert!(whole.adaptive_tiles.is_some() && whole.samples == 120);
+    let guided = ["guiding.method=adaptive", "render.adaptive=true", "film.width=64"];
+    let until = check(&[&guided[..], &["render.spp=50000", "render.noise=0.5"]].concat(), false, 5);
+    assert!(until.adaptive_tiles.is_some() && until.samples < 50000);
 }
 
 #[test]

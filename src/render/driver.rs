@@ -1,5 +1,6 @@
 //! The driver: iterations × passes × rounds. It carries out what the policy plans, within the limits of the render.
 
+use super::adaptive::Left;
 use super::limits::{Limits, PassEnd};
 use super::onlooker::{Moment, Occasion, Onlooker, in_watts};
 use super::policy::{GuidePolicy, Mode};
@@ -52,6 +53,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         if new_budget {
             let before = self.state.samples().saturating_sub(record.report.samples);
             record.reorder(before, self.job.settings.render.spp);
+            self.state.adaptive.iter_mut().for_each(|adaptive| adaptive.change_budget());
         }
         self
     }
@@ -65,7 +67,7 @@ impl<'a, W: Watch> Driver<'a, W> {
     pub fn iterate(&mut self, observer: Observer, onlooker: &mut dyn Onlooker) -> bool {
         let resumed = self.record.take();
         let is_over = resumed.as_ref().is_some_and(|record| record.is_good || self.limits.time_is_up());
-        let Some(mut record) = resumed.or_else(|| self.begin_iteration()) else { return false };
+        let Some(mut record) = resumed.or_else(|| self.begin_iteration(observer)) else { return false };
         let go_on = !is_over && self.passes(&mut record, observer, onlooker);
         self.take_in(&mut record);
         let IterationOrder { samples, last, learn } = record.order;
@@ -82,36 +84,50 @@ impl<'a, W: Watch> Driver<'a, W> {
     }
 
     /// The record of the next iteration; `None` where nothing is left of the budget.
-    fn begin_iteration(&mut self) -> Option<Record> {
+    fn begin_iteration(&mut self, observer: Observer) -> Option<Record> {
         if self.state.plan.trains && !self.is_online() {
-            train(&self.job, &self.limits, &mut self.state);
+            let before = Progress { training: true, ..self.progress() };
+            train(&self.job, &self.limits, &mut self.state, &mut || observer(&before));
         }
         let left = self.samples_left();
+        if left == 0 {
+            return None;
+        }
         let samples = iteration_samples(self.state.plan.samples, left);
-        let last = samples == left;
+        let order = IterationOrder { samples, last: samples == left, learn: false };
+        let budget = Left { samples: left, noise: self.job.settings.render.noise };
+        let order = self.state.allot(order, budget, &self.tiling);
         // Without a draw from it, nothing need be learnt.
-        let learn = self.state.is_guided() && (!last || self.job.keep_guide || self.is_online());
-        let order = IterationOrder { samples, last, learn };
-        (left > 0).then(|| self.state.begin_iteration(order, self.job.keeps_state, self.is_online()))
+        let learn = self.state.is_guided() && (!order.last || self.job.keep_guide || self.is_online());
+        let order = IterationOrder { learn, ..order };
+        Some(self.state.begin_iteration(order, self.job.keeps_state, self.is_online()))
     }
 
     /// Passes over the picture until each pixel has as many samples more as were ordered, or the iteration is to end; `false`
     /// where rendering is over. Under a time limit the last iteration ends with the time, not with an estimated count.
     fn passes(&mut self, record: &mut Record, observer: Observer, onlooker: &mut dyn Onlooker) -> bool {
         let (IterationOrder { samples, last, .. }, render) = (record.order, &self.job.settings.render);
-        let open_ended = render.time.is_some() && last;
+        // tiles that are as good as they are to be get no more, whatever time is left
+        let open_ended = render.time.is_some() && last && !(self.state.is_allotted() && render.noise.is_some());
         let before = self.state.samples() - record.report.samples;
-        let target = if open_ended { render.spp - before } else { samples };
+        let target = if open_ended { render.spp.saturating_sub(before) } else { samples };
         // a pilot is short, and what it finds is needed
         let may_be_cut = !last && self.state.plan.mode != Mode::Pilot;
-        while record.report.samples < target {
+        let passes =
+            self.state.adaptive.as_ref().filter(|_| self.state.is_allotted()).map(|adaptive| adaptive.passes());
+        let is_whole = |record: &Record| match passes {
+            Some(passes) if !open_ended => record.passes_done >= passes,
+            _ => record.report.samples >= target,
+        };
+        while !is_whole(record) {
             // at least two passes, so that the noise of their mean shows in the difference of two halves
-            let pass = self.tiling.samples.min(target.div_ceil(2)).min(target - record.report.samples);
-            let whole = self.pass(pass, record);
+            let pass = self.tiling.samples.min(target.div_ceil(2)).min(target.saturating_sub(record.report.samples));
+            let whole = if passes.is_some() { self.allotted_pass(record) } else { self.pass(pass, record) };
+            record.passes_done += u32::from(whole);
             record.is_good = whole && self.is_good(record);
             let is_over = record.is_good || !whole || self.limits.stop.is_asked() || self.limits.time_is_up();
             let go_on = observer(&self.progress()) && !is_over;
-            self.show(record, onlooker, !go_on || (last && record.report.samples >= target));
+            self.show(record, onlooker, !go_on || (last && is_whole(record)));
             if !go_on {
                 return false;
             }
@@ -124,7 +140,9 @@ impl<'a, W: Watch> Driver<'a, W> {
 
     /// Whether the picture is as good as was asked for.
     fn is_good(&mut self, record: &mut Record) -> bool {
-        let Some(noise) = self.job.settings.render.noise.filter(|_| self.state.estimates_error()) else { return false };
+        let Some(noise) = self.job.settings.render.noise.filter(|_| self.state.can_end_by_error()) else {
+            return false;
+        };
         self.take_in(record);
         self.state.is_as_good(noise)
     }
@@ -151,6 +169,29 @@ impl<'a, W: Watch> Driver<'a, W> {
                 let done = &tasks[..cut.done];
                 done.iter().for_each(|task| film.add_samples_in(&task.tile, task.samples, features));
             }
+        }
+        record.count_samples(self.state.pixels);
+        self.limits.newest_pass = clock.elapsed();
+        record.cut.is_none()
+    }
+
+    /// As [`Self::pass`], where tiles get different numbers of samples.
+    fn allotted_pass(&mut self, record: &mut Record) -> bool {
+        let (clock, resumed) = (WallClock::start(), record.cut.take());
+        let Some(adaptive) = &self.state.adaptive else { return true };
+        let tasks = adaptive.tasks(&self.tiling, record.passes_done);
+        if resumed.is_none() {
+            record.begin_pass();
+        }
+        record.cut = self.rounds(&tasks, resumed, record);
+        let before = resumed.map_or(0, |cut| cut.done);
+        let done = record.cut.as_ref().map_or(tasks.len(), |cut| cut.done);
+        let film = &mut self.state.film;
+        tasks[before..done].iter().for_each(|task| film.add_samples_in(&task.tile, task.samples, false));
+        film.level();
+        if record.cut.is_none() {
+            let passes = self.state.adaptive.as_ref().map_or(1, |adaptive| adaptive.passes());
+            film.say_done(f64::from(record.passes_done + 1) / f64::from(passes));
         }
         record.count_samples(self.state.pixels);
         self.limits.newest_pass = clock.elapsed();
@@ -254,6 +295,9 @@ impl<'a, W: Watch> Driver<'a, W> {
 
     fn end_iteration(&mut self, record: Record) {
         self.state.plan_next();
+        if self.job.settings.render.noise.is_some() && self.state.is_allotted() {
+            self.state.relative_error = self.state.error_so_far();
+        }
         let wall_seconds = record.clock.elapsed().as_secs_f64();
         self.state.iterations.push(IterationReport { wall_seconds, ..record.report });
     }
@@ -266,6 +310,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         }
         let (wall_seconds, cpu) = (self.limits.elapsed(), self.limits.spent().cpu);
         let (samples, unit) = (state.samples(), self.job.scene.light_unit());
+        let adaptive_tiles = state.is_allotted().then(|| self.tiling.side());
         Rendering {
             estimate: in_watts(state.film.finish(), unit),
             samples,
@@ -274,6 +319,7 @@ impl<'a, W: Watch> Driver<'a, W> {
             film_wall_seconds: clock.elapsed().as_secs_f64() - wall_seconds,
             verdict: state.policy.verdict(),
             relative_error: state.relative_error,
+            adaptive_tiles,
             iterations: state.iterations,
             training: state.training,
             guide: state.guide,
@@ -288,7 +334,10 @@ impl<'a, W: Watch> Driver<'a, W> {
 
     /// Samples per pixel that are left of the budget; under a time limit an estimate from the speed so far.
     fn samples_left(&self) -> u32 {
-        let left = self.job.settings.render.spp - self.state.samples();
+        if self.state.adaptive.as_ref().is_some_and(|adaptive| adaptive.is_complete()) {
+            return 0;
+        }
+        let left = self.job.settings.render.spp.saturating_sub(self.state.samples());
         let Some((seconds, newest)) = self.limits.left().zip(self.state.iterations.last()) else { return left };
         // guided samples do not cost what unguided ones before them did
         let per_sample = newest.wall_seconds * self.state.pixels as f64 / newest.counters.paths.max(1) as f64;
@@ -299,7 +348,7 @@ impl<'a, W: Watch> Driver<'a, W> {
         let RenderState { paths, pixels, .. } = self.state;
         let by_samples = paths as f64 / (pixels as f64 * self.job.settings.render.spp as f64);
         let share = by_samples.max(self.limits.share()).min(1.0);
-        Progress { samples: self.state.samples(), share, wall_seconds: self.limits.elapsed(), paths }
+        Progress { samples: self.state.samples(), share, wall_seconds: self.limits.elapsed(), paths, training: false }
     }
 
     fn is_online(&self) -> bool {

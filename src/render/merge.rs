@@ -70,6 +70,7 @@ impl Merged {
             verdict: None,
             learnt_paths: 0,
             relative_error: None,
+            adaptive_tiles: None,
         }
     }
 }

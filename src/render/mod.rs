@@ -1,5 +1,6 @@
 //! Rendering: a scene and settings in, a picture, its guide and an account of each iteration out.
 
+mod adaptive;
 pub(crate) mod checkpoint;
 mod driver;
 mod foresight;
@@ -97,6 +98,8 @@ pub struct Progress {
     pub share: f64,
     pub wall_seconds: f64,
     pub paths: u64,
+    /// The guide is being trained on a small picture, to which the figures do not refer.
+    pub training: bool,
 }
 
 /// Watches a render; returns whether it should go on.
@@ -124,6 +127,8 @@ pub struct Rendering {
     pub learnt_paths: u64,
     /// The newest estimate of the picture's relative error, where it was to end by that.
     pub relative_error: Option<f64>,
+    /// Pixels along the tiles that got different numbers of samples, where they did.
+    pub(crate) adaptive_tiles: Option<u32>,
 }
 
 impl Rendering {

@@ -109,7 +109,7 @@ impl Moment<'_> {
             wall_seconds: spent.wall.elapsed().as_secs_f64(),
             paths: state.paths,
             rays: state.iterations.iter().map(|i| rays(&i.counters)).sum::<u64>() + rays(newest),
-            relative_error: state.film.relative_error().filter(|_| state.samples() >= FIRST_ESTIMATE),
+            relative_error: state.error_so_far().filter(|_| state.samples() >= FIRST_ESTIMATE),
             mode: state.plan.mode,
             verdict: state.policy.verdict(),
             guide: state.guide.as_ref().filter(|guide| guide.method() != GuidingMethod::None).map(|guide| {

@@ -27,7 +27,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-static KIND: Kind = Kind { magic: *b"PTXFILM\0", version: 1, name: "film" };
+static KIND: Kind = Kind { magic: *b"PTXFILM\0", version: 2, name: "film" };
 
 /// Camera paths between two reports of progress, at least.
 const STRETCH: u64 = 1 << 18;
@@ -56,6 +56,14 @@ pub(super) struct Account {
     pub counters: Counters,
     wall_seconds: f64,
     cpu: CpuTime,
+}
+
+impl Account {
+    fn add(&mut self, other: &Account) {
+        self.counters.add(&other.counters);
+        self.wall_seconds += other.wall_seconds;
+        self.cpu += other.cpu;
+    }
 }
 
 /// What is wanted of a part: its samples, or what they teach, or both.
@@ -106,7 +114,7 @@ pub(crate) fn render_part(
             sampler: settings.render.sampler,
             sequence: 0,
             features: false,
-            ids: false,
+            ids: settings.render.wants_ids() && wanted.film,
             bounced: false,
             layers: &layers,
         },
@@ -123,7 +131,8 @@ pub(crate) fn render_part(
         let samples = first..part.samples.end.min(first.saturating_add(step as u32));
         counters.add(&work.stretch(samples.clone())?);
         let (done, paths) = (samples.end - part.samples.start, counters.paths);
-        let progress = Progress { samples: done, share: f64::from(done) / all, wall_seconds: limits.elapsed(), paths };
+        let (share, wall_seconds) = (f64::from(done) / all, limits.elapsed());
+        let progress = Progress { samples: done, share, wall_seconds, paths, training: false };
         if !observer(&progress) {
             return None;
         }
@@ -280,7 +289,42 @@ pub(crate) fn join<R>(
         verdict: None,
         learnt_paths: 0,
         relative_error: None,
+        adaptive_tiles: None,
     })
+}
+
+/// Joins the films of neighbouring parts, in any order, into one of them all.
+///
+/// # Errors
+/// As of [`join`]; and samples between two films that are in none.
+pub(crate) fn join_films<R>(
+    scene: &Scene,
+    settings: &Settings,
+    mut files: Vec<PartFile<R>>,
+) -> Result<(Header<R>, Done)> {
+    check(scene, settings, &mut files, true)?;
+    for pair in files.windows(2) {
+        let (end, start) = (pair[0].part.samples.end, pair[1].part.samples.start);
+        if end < start {
+            return Err(pair[1].file.error(&format!("samples {end} to {} before it are in no file", start - 1)));
+        }
+    }
+    let mut film = empty_film(scene, settings);
+    let mut joined: Option<(Header<R>, Part, Account)> = None;
+    for mut file in files {
+        add_tiles(&mut film, &mut file.file)?;
+        let PartFile { header, part, account, .. } = file;
+        joined = match joined {
+            None => Some((header, part, account)),
+            Some((header, mut all, mut sum)) => {
+                all.samples.end = part.samples.end;
+                sum.add(&account);
+                Some((header, all, sum))
+            }
+        };
+    }
+    let (header, part, account) = joined.ok_or_else(|| crate::Error::Scene("there are no films to join".into()))?;
+    Ok((header, Done { part, account, film: Some(film), lesson: None }))
 }
 
 /// Adds what a file holds, one tile after the other, so that there are never two films in memory.

@@ -1,14 +1,15 @@
 //! Parts of a render make the same picture, however many there are.
 
 use super::super::{GuideIo, Rendering, Settings, Stop, guide_file, render, render_keeping};
-use super::{Done, Header, Part, Wanted, join, open, render_part};
+use super::{Done, Header, Part, Wanted, join, join_films, open, render_part};
 use crate::format;
 use crate::render::guide_file::{GuideFingerprint, LoadedGuide};
 use crate::scene::Scene;
 use std::path::Path;
 
 fn door(set: &[&str]) -> (Scene, Settings) {
-    let small = ["film.width=70", "film.height=40", "render.layers=[\"direct\", \"P\"]", "render.spp=37"];
+    let small =
+        ["film.width=70", "film.height=40", "render.layers=[\"direct\", \"P\", \"cryptomatte\"]", "render.spp=37"];
     let set: Vec<String> = small.iter().chain(set).map(ToString::to_string).collect();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/door.toml");
     let (description, _) = format::load(&path, &set).unwrap();
@@ -51,6 +52,7 @@ fn assert_same(a: &Rendering, b: &Rendering) {
         e.features.iter().map(|f| (f.mean_position(), f.mean_depth(), f.albedo, f.normal)).collect()
     };
     assert!(positions(a) == positions(b));
+    assert!(a.ids.counts == b.ids.counts && a.ids.samples == b.ids.samples && !a.ids.counts.is_empty());
 }
 
 #[test]
@@ -71,6 +73,20 @@ fn any_number_of_parts_makes_the_picture_of_one_render() {
     }
     let depth = |e: &crate::film::accumulate::Estimate| e.features.iter().map(|f| f.depth).sum::<f32>();
     assert!((depth(&one.estimate) / depth(&whole) - 1.0).abs() < 1e-4);
+    // those are of the first 32 samples, and here of all tasks that begin with one of them
+    let shares = |e: &crate::film::accumulate::Estimate, pixel: usize| -> Vec<std::collections::BTreeMap<u32, f64>> {
+        let share = |(id, count): (u32, u16)| (id, f64::from(count) / f64::from(e.ids.samples[pixel]));
+        e.ids.counts[pixel].iter().map(|counts| counts.iter().map(share).collect()).collect()
+    };
+    let mut mixed = 0;
+    for pixel in 0..whole.mean.len() {
+        for (own, other) in shares(&one.estimate, pixel).iter().zip(shares(&whole, pixel)) {
+            mixed += usize::from(own.len() > 1);
+            let differs = |(id, share): (&u32, &f64)| (other.get(id).unwrap_or(&0.0) - share).abs() > 0.15;
+            assert!(!own.iter().any(differs), "pixel {pixel}: {own:?} and {other:?}");
+        }
+    }
+    assert!(mixed > 0, "each pixel shows one thing alone");
 }
 
 #[test]
@@ -166,4 +182,27 @@ fn films_that_are_there_make_a_picture_of_their_samples() {
     let depths = [&outer, &inner, &all.estimate].map(|e| e.features.iter().map(|f| f.depth).sum::<f32>());
     assert!((depths[0] / depths[2] - 1.0).abs() < 0.1 && (depths[1] / depths[2] - 1.0).abs() < 0.1, "{depths:?}");
     assert!(some(&["1-4", "1-4"]).err().unwrap().contains("its samples 0 to 19 are in"));
+}
+
+#[test]
+fn films_of_films_make_the_same_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, settings) = door(&["guiding.method=none", "render.spp=10"]);
+    files(folder.path(), (&scene, &settings), None, 5, 2);
+    let films = |names: &[&str], to: &str| {
+        let files = names.iter().map(|name| open::<()>(&folder.path().join(name)).unwrap()).collect();
+        let (header, done) = join_films(&scene, &settings, files).map_err(|error| error.to_string())?;
+        done.write(&header, Some(&folder.path().join(to)), None).map_err(|error| error.to_string())
+    };
+    films(&["2-5", "3-5"], "inner").unwrap();
+    films(&["inner", "1-5"], "first").unwrap();
+    films(&["5-5", "4-5"], "last").unwrap();
+    let whole = joined(folder.path(), &["1-5", "2-5", "3-5", "4-5", "5-5"], &scene, &settings).unwrap();
+    let tree = joined(folder.path(), &["last", "first"], &scene, &settings).unwrap();
+    assert_same(&tree, &whole);
+    assert_eq!(tree.total().paths, whole.total().paths);
+    let refused = |names: &[&str]| films(names, "no").unwrap_err();
+    assert!(refused(&["1-5", "3-5"]).contains("samples 2 to 3 before it are in no file"));
+    assert!(refused(&["first", "3-5"]).contains("its samples 4 to 5 are in"));
+    assert!(!folder.path().join("no").exists());
 }

@@ -45,6 +45,21 @@ impl Tiling {
         Tiling { width, height, side: 64, samples: 1 }
     }
 
+    /// Pixels along a tile.
+    pub fn side(&self) -> u32 {
+        self.side
+    }
+
+    /// Pixels of the image.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// The place of a tile among all, row by row.
+    pub fn number(&self, tile: &Tile) -> usize {
+        (tile.y / self.side * self.size_in_tiles().0 + tile.x / self.side) as usize
+    }
+
     /// All tiles, row by row.
     pub fn tiles(&self) -> Vec<Tile> {
         let (columns, rows) = self.size_in_tiles();

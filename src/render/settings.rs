@@ -18,6 +18,8 @@ pub struct RenderSettings {
     pub time: Option<f64>,
     /// Relative error of the picture at which rendering stops too.
     pub noise: Option<f64>,
+    /// Noisy tiles get more samples than quiet ones.
+    pub adaptive: bool,
     pub seed: u64,
     pub sampler: SamplerKind,
     pub combine: Combine,
@@ -36,6 +38,7 @@ impl Default for RenderSettings {
             spp: 64,
             time: None,
             noise: None,
+            adaptive: false,
             seed: 0,
             sampler: SamplerKind::Sobol,
             combine: Combine::InverseVariance,
@@ -64,6 +67,7 @@ impl RenderSettings {
         t.integer(spp, 1..=u64::from(u32::MAX), &mut self.spp)?;
         t.positive(key("time", TIME).unit("seconds"), &mut self.time)?;
         t.positive(key("noise", NOISE), &mut self.noise)?;
+        t.flag(key("adaptive", ADAPTIVE), &mut self.adaptive)?;
         t.integer(key("seed", SEED), 0..=u64::MAX, &mut self.seed)?;
         t.choice(key("sampler", SAMPLER), &SamplerKind::NAMES, &mut self.sampler)?;
         let robust = "no ray slips between two triangles that share an edge, for about a quarter of the speed";
@@ -82,6 +86,8 @@ const TIME: &str = "after loading; rendering stops at whichever of `spp` and `ti
     pixels have more samples than others (layer `samples.Y`)";
 const NOISE: &str = "relative error of the picture, for example 0.02: rendering stops once it is estimated to be no larger, or at `spp` or \
     `time` if one of them comes first. See [long-renders.md](long-renders.md#until-it-is-good)";
+const ADAPTIVE: &str = "tiles of the picture get more samples where it is noisy, and fewer where it is quiet; with `noise`, none once they \
+    are as good as that. The picture stays unbiased. See [long-renders.md](long-renders.md#where-it-is-noisy)";
 const SEED: &str = "of all random numbers: the same seed and `spp` give the same picture, bit for bit, with any number of threads, \
     by one build of the program at one instruction set of Embree's (see [processors.md](processors.md#the-same-picture-bit-for-bit))";
 const SAMPLER: &str = "how the samples of a pixel are spread: evenly, by scrambled Sobol' points, or as independent random numbers; see \

@@ -1,9 +1,11 @@
 //! The state of a render between two iterations.
 
+use super::adaptive::{Adaptive, Left};
 use super::foresight;
+use super::guide_file::LoadedGuide;
 use super::noise::Noise;
 use super::policy::{Budget, GuidePolicy, History, Iteration, Mode, Plan, Policy};
-use super::schedule::LONGEST_ITERATION;
+use super::schedule::{LONGEST_ITERATION, Tiling};
 use super::{GuideIo, IterationReport, Settings, roulette};
 use crate::film::accumulate::Film;
 use crate::film::tile::Tile;
@@ -50,6 +52,8 @@ pub(super) struct RenderState {
     pub learnt_samples: u32,
     /// Camera paths of the last iteration from which it has learnt, in this render or the one before.
     pub learnt_paths: u64,
+    /// What gives tiles different numbers of samples, where that is asked for.
+    pub adaptive: Option<Adaptive>,
     /// Samples per pixel after which the error of the picture is estimated next, and the newest estimate.
     pub next_estimate: u32,
     pub relative_error: Option<f64>,
@@ -67,6 +71,8 @@ pub(super) struct Record {
     pub order: IterationOrder,
     /// Of the iteration.
     pub clock: WallClock,
+    /// Passes that are done.
+    pub passes_done: u32,
     /// The pass that was cut, where rendering ended in the middle of one.
     pub cut: Option<CutPass>,
     /// The picture is as good as was asked for.
@@ -102,7 +108,8 @@ pub(super) struct CutPass {
 impl Record {
     /// Of an iteration that begins now.
     fn new(order: IterationOrder, report: IterationReport, passes: Option<Vec<Counters>>) -> Record {
-        Record { report, passes, order, clock: WallClock::start(), cut: None, is_good: false, is_broken: false }
+        let clock = WallClock::start();
+        Record { report, passes, order, clock, passes_done: 0, cut: None, is_good: false, is_broken: false }
     }
 
     /// What another budget than the one that it was made for leaves of its order: `before` is the number of samples before
@@ -145,6 +152,7 @@ impl RenderState {
         let (width, height) = (camera.width, camera.height);
         let pixels = width as u64 * height as u64;
         let was_given = from.is_some();
+        let roulette = from.as_ref().and_then(|from| seen(scene, camera, settings, from));
         let wanted = was_given || keep;
         let (guide, learnt_paths, salt) = from.map_or((None, 0, 0), |from| (Some(from.guide), from.paths, from.salt));
         let learnt_samples = guide.as_ref().map_or(0, |guide| (guide.learnt_paths() / pixels) as u32);
@@ -161,7 +169,7 @@ impl RenderState {
             guide,
             plan: policy.next_iteration(&History { samples: 0, planned: None }),
             policy,
-            roulette: None,
+            roulette,
             bounced: Vec::new(),
             seed: settings.render.seed ^ salt,
             sequence: 0,
@@ -170,6 +178,7 @@ impl RenderState {
             paths: 0,
             learnt_samples,
             learnt_paths,
+            adaptive: settings.render.adaptive.then(|| Adaptive::new(&Tiling::new(width, height))),
             next_estimate: FIRST_ESTIMATE,
             relative_error: None,
             training: Vec::new(),
@@ -189,6 +198,8 @@ impl RenderState {
         let layers = settings.render.radiance_layers(scene.light_groups().names().len());
         let whole = |n: usize| n == pixels;
         self.film.fits(width, height, &layers)
+            && self.adaptive.is_some() == settings.render.adaptive
+            && self.adaptive.as_ref().is_none_or(|adaptive| adaptive.fits(Tiling::new(width, height).tiles().len()))
             && (self.width, self.pixels, &self.layers) == (width, pixels as u64, &layers)
             && self.roulette.as_ref().is_none_or(|roulette| whole(roulette.inverse_luminance.len()))
             && (self.bounced.is_empty() || whole(self.bounced.len()))
@@ -212,9 +223,10 @@ impl RenderState {
         self.relative_error.is_some_and(|error| error <= noise)
     }
 
-    /// Whether the error is estimated after the newest pass.
-    pub fn estimates_error(&self) -> bool {
-        self.samples() >= self.next_estimate
+    /// Whether the error is estimated after the newest pass, by which the render may end. Tiles that get different numbers of
+    /// samples end by their own.
+    pub fn can_end_by_error(&self) -> bool {
+        self.samples() >= self.next_estimate && !self.is_allotted()
     }
 
     /// The record of the iteration that begins now. If `remembers`, the state can be kept at any time.
@@ -281,15 +293,57 @@ impl RenderState {
 
     /// Plans the next iteration, and ends the one before in the film, unless the next continues it.
     pub fn plan_next(&mut self) {
+        let tiling = Tiling::new(self.width, (self.pixels / u64::from(self.width)) as u32);
+        if let Some(adaptive) = &mut self.adaptive {
+            adaptive.survey(&self.film, &tiling);
+            adaptive.end_iteration(&self.film, &tiling);
+        }
         let history = History { samples: self.samples(), planned: Some(self.plan.samples) };
         let before = std::mem::replace(&mut self.plan, self.policy.next_iteration(&history));
-        if !(self.plan.continues || self.plan.is_drawn_as(&before)) {
+        let same_sequence = self.plan.continues || self.plan.is_drawn_as(&before);
+        if !same_sequence {
             self.sequence = self.samples();
         }
-        if !self.plan.continues {
+        if !self.plan.continues || self.film.is_allotted() {
             self.film.end_iteration();
         }
+        self.adaptive.iter_mut().for_each(|adaptive| adaptive.continue_sequence(same_sequence));
     }
+
+    /// What comes of the order of the next iteration, where tiles get different numbers of samples in it.
+    pub fn allot(&mut self, order: IterationOrder, left: Left, tiling: &Tiling) -> IterationOrder {
+        let samples = self.samples();
+        let begins = |adaptive: &mut Adaptive| adaptive.begins(samples, &left);
+        if self.plan.mode == Mode::Pilot || !self.adaptive.as_mut().is_some_and(begins) {
+            return order;
+        }
+        let Some(adaptive) = &mut self.adaptive else { return order };
+        let order = adaptive.plan(&mut self.film, tiling, (order, left, samples));
+        self.sequence = adaptive.sequence();
+        order
+    }
+
+    /// Whether tiles get different numbers of samples.
+    pub fn is_allotted(&self) -> bool {
+        self.film.is_allotted()
+    }
+
+    /// The newest estimate of the picture's relative error.
+    pub fn error_so_far(&self) -> Option<f64> {
+        let height = (self.pixels / u64::from(self.width)) as u32;
+        let of_tiles = self.adaptive.as_ref().filter(|_| self.is_allotted());
+        match of_tiles {
+            Some(adaptive) => adaptive.relative_error(&Tiling::new(self.width, height)),
+            None => self.film.relative_error(),
+        }
+    }
+}
+
+/// How bright the picture is, and how noisy, where a guide has been learnt with this camera by machines together.
+fn seen(scene: &Scene, camera: &Camera, settings: &Settings, from: &LoadedGuide) -> Option<RouletteNormalisation> {
+    let view = from.view.as_ref().filter(|_| settings.integrator.roulette == Roulette::Guided)?;
+    let tiles = Tiling::of_single_samples(camera.width, camera.height).tiles();
+    view.of(&scene.hash_text(), &tiles, camera.width)
 }
 
 /// Unguided samples are identically distributed, so they are weighted equally, whatever their estimated variances.

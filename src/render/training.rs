@@ -35,20 +35,22 @@ pub(super) fn samples(pixels: u64, budget: f64) -> u32 {
 }
 
 /// Trains the guide of a render that is about to begin, or to take its first guided sample. Under a limit of time it takes its share
-/// of that at most.
-pub(super) fn train<W: Watch>(job: &Job<W>, limits: &Limits, state: &mut RenderState) {
+/// of that at most. `go_on` is asked before each pass.
+pub(super) fn train<W: Watch>(job: &Job<W>, limits: &Limits, state: &mut RenderState, go_on: &mut dyn FnMut() -> bool) {
+    go_on();
     let camera = job.camera.coarser(PIXELS);
     let mut settings = job.settings.clone();
     settings.render.spp = samples(state.pixels, f64::from(settings.render.spp));
     settings.render.seed = state.seed ^ SEED;
     (settings.render.time, settings.render.noise) = (None, None);
+    settings.render.adaptive = false;
     settings.render.layers.clear();
     let share = limits.seconds.map(|seconds| SHARE * seconds);
     let small = Job { camera: &camera, settings: &settings, keep_guide: true, keeps_state: false, ..*job };
     let mut trained = RenderState::new(job.scene, &camera, &settings, GuideIo { from: None, keep: true });
     trained.guide = state.guide.take();
     let mut driver = Driver::new(small, trained, Limits::from_now(share, limits.stop));
-    driver.run(&mut |_| !limits.stop.is_asked(), &mut ());
+    driver.run(&mut |_| go_on() && !limits.stop.is_asked(), &mut ());
     let trained = driver.into_state();
     (state.guide, state.learnt_samples) = (trained.guide, trained.learnt_samples);
     state.roulette = trained.roulette.map(|small| enlarged(&small, &camera, job.camera));

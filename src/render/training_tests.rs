@@ -119,3 +119,19 @@ fn roulette_goes_by_the_nearest_pixel_of_the_small_picture() {
     assert_eq!([at(0, 0), at(3, 3), at(4, 0), at(511, 255), at(0, 4)], [0.0, 0.0, 1.0, 8191.0, 128.0]);
     assert_eq!((large.inverse_luminance.len(), large.scale), (512 * 256, 3.0));
 }
+
+#[test]
+fn training_is_told_of_before_the_first_pass() {
+    let (scene, settings) = own("door.toml", GuidingMethod::Adaptive);
+    let (mut told, mut stop) = (Vec::new(), false);
+    let mut observer = |progress: &crate::render::Progress| {
+        told.push(progress.training);
+        stop |= !progress.training;
+        !stop
+    };
+    let rendering = render(&scene, &settings, &mut observer);
+    assert!(!rendering.training.is_empty());
+    // at its beginning, after each of its passes, and then the first of the picture
+    assert!(told.len() > 3 && told.iter().rev().skip(1).all(|training| *training), "{told:?}");
+    assert_eq!(told.last(), Some(&false));
+}

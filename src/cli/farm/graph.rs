@@ -12,16 +12,16 @@ const FILE: &str = "plan.json";
 /// The name of the file that says what the picture took.
 pub(super) const FIGURES: &str = "figures.json";
 
-/// All there is to do for a render. Paths are relative to its folder, in which tasks run.
+/// All there is to do for a render, or a comparison. Paths are relative to its folder, in which tasks run.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Graph {
+pub(in crate::cli) struct Graph {
     version: u32,
     pub machines: u32,
-    /// Samples per pixel of the picture.
+    /// Samples per pixel of the picture; 0 where it makes none.
     pub samples: u32,
     /// Samples per pixel of each iteration that the guide learns from.
     pub learning: Vec<u32>,
-    /// The pictures.
+    /// The pictures, or what else there is at the end.
     pub pictures: Vec<PathBuf>,
     /// Each after all that it depends on, those of a stage one after the other.
     pub tasks: Vec<Task>,
@@ -29,7 +29,7 @@ pub(super) struct Graph {
 
 /// One command.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Task {
+pub(in crate::cli) struct Task {
     /// Its stage and its number in that, from 1.
     pub name: String,
     /// Tasks of a stage may run at the same time.
@@ -57,7 +57,7 @@ pub(super) struct Work {
 }
 
 impl Graph {
-    pub fn of(work: Work) -> Graph {
+    pub(super) fn of(work: Work) -> Graph {
         let mut tasks = Vec::new();
         let mut guide = None;
         for (k, &samples) in (1..).zip(&work.learning) {
@@ -75,6 +75,18 @@ impl Graph {
         connect(&mut tasks);
         let Work { machines, samples, learning, pictures, .. } = work;
         Graph { version: VERSION, machines, samples, learning, pictures, tasks }
+    }
+
+    /// Of tasks that render no single picture; `results` are what the last of them writes.
+    #[cfg_attr(not(feature = "lab"), allow(dead_code))]
+    pub fn of_tasks(mut tasks: Vec<Task>, results: Vec<PathBuf>) -> Graph {
+        connect(&mut tasks);
+        Graph { version: VERSION, machines: 1, samples: 0, learning: Vec::new(), pictures: results, tasks }
+    }
+
+    /// Whether it makes one picture, of films.
+    pub fn is_of_picture(&self) -> bool {
+        self.samples > 0
     }
 
     /// The stages, in their order, and how many tasks each has.
@@ -154,7 +166,7 @@ impl Work {
 }
 
 impl Task {
-    fn new(stage: &str, number: u32, command: Vec<String>, inputs: Vec<PathBuf>, outputs: Vec<PathBuf>) -> Task {
+    pub fn new(stage: &str, number: u32, command: Vec<String>, inputs: Vec<PathBuf>, outputs: Vec<PathBuf>) -> Task {
         Task { name: format!("{stage}-{number}"), stage: stage.into(), command, inputs, outputs, after: Vec::new() }
     }
 }

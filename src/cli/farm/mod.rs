@@ -7,6 +7,11 @@ mod plan;
 mod run;
 mod scripts;
 
+#[cfg(feature = "lab")]
+pub(super) use graph::{Graph, Task};
+#[cfg(feature = "lab")]
+pub(super) use plan::write as write_graph;
+
 use anyhow::Result;
 use clap::Subcommand;
 use std::process::ExitCode;

@@ -170,8 +170,10 @@ fn text(path: &Path) -> Result<String> {
     path.to_str().map(str::to_string).with_context(|| format!("{}: a plan takes names in UTF-8", path.display()))
 }
 
-fn write(graph: &Graph, program: &str, folder: &Path) -> Result<()> {
-    for part in ["lessons", "guides", "films", "logs"] {
+/// Writes the graph and its scripts, and makes the folders that its tasks write into.
+pub(in crate::cli) fn write(graph: &Graph, program: &str, folder: &Path) -> Result<()> {
+    let outputs = graph.tasks.iter().flat_map(|task| &task.outputs).filter_map(|output| output.parent());
+    for part in outputs.chain([Path::new("logs")]) {
         let part = folder.join(part);
         std::fs::create_dir_all(&part).with_context(|| part.display().to_string())?;
     }

@@ -77,6 +77,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<ExitCode> {
     check_pictures(arguments.preview.as_slice())?;
     let folder = std::path::absolute(&arguments.folder)?;
     let graph = Graph::read(&folder)?;
+    ensure!(arguments.preview.is_none() || graph.is_of_picture(), "--preview: a comparison makes no picture of films");
     let mut watch = Watch::new(arguments, &graph, &folder);
     let is_done = || graph.tasks.last().is_none_or(|merge| merge.is_done(&folder));
     if !is_done() {
@@ -246,13 +247,14 @@ fn progress(graph: &Graph, done: &[&Task]) -> String {
         0 => String::new(),
         n => format!("{iterations} of {n} iterations learnt, "),
     };
-    format!("{learning}{films} of {all} films, {} of {} tasks", done.len(), graph.tasks.len())
+    let films = if graph.is_of_picture() { format!("{films} of {all} films, ") } else { String::new() };
+    format!("{learning}{films}{} of {} tasks", done.len(), graph.tasks.len())
 }
 
-/// What it took, by what the parts say of themselves; `None` where lessons were removed after the guide had learnt from them.
+/// What a picture took, by what the parts say of themselves; `None` where lessons were removed after the guide had learnt from them.
 fn cost(graph: &Graph, folder: &Path) -> Result<Option<String>> {
     let lessons: Vec<&Task> = graph.tasks.iter().filter(|task| task.stage.starts_with("learn")).collect();
-    if !lessons.iter().all(|task| task.is_done(folder)) {
+    if !graph.is_of_picture() || !lessons.iter().all(|task| task.is_done(folder)) {
         return Ok(None);
     }
     let spent = |task: &&Task| Ok(lesson::open::<RenderArguments>(&folder.join(&task.outputs[0]))?.cpu_seconds());

@@ -15,6 +15,7 @@ use super::render::{Ready, Start, onlookers, trained, watched_by};
 use super::render_arguments::RenderArguments;
 use super::signals::Signals;
 use crate::guiding::settings::GuidingMethod;
+use crate::image::Exposure;
 use crate::render::guide_file::LoadedGuide;
 use crate::render::{GuideIo, Rendering};
 use crate::scene::description::CameraDescription;
@@ -87,6 +88,9 @@ pub(super) fn run(arguments: &RenderArguments, range: FrameRange) -> Result<Exit
     let mut guide = Carried::new(arguments, &ready)?;
     let signals = Signals::catch(arguments.quiet)?;
     let (seed, mut code) = (ready.description.render.seed, ExitCode::SUCCESS);
+    if arguments.animation.skip_existing {
+        share_exposure(arguments, &mut ready, range.first())?;
+    }
     for (k, frame) in (1..).zip(&frames) {
         let is_last = k == frames.len();
         ready.description.render.seed = seed.wrapping_add(frame.number.into());
@@ -101,6 +105,7 @@ pub(super) fn run(arguments: &RenderArguments, range: FrameRange) -> Result<Exit
             say(&format!("frame {} ({k} of {}):", frame.number, frames.len()));
         }
         code = worse(code, ready.present(&rendering, &signals)?);
+        share_exposure(arguments, &mut ready, frame.number)?;
         if signals.stop().is_asked() {
             break;
         }
@@ -108,6 +113,17 @@ pub(super) fn run(arguments: &RenderArguments, range: FrameRange) -> Result<Exit
     }
     ready.end(&signals);
     Ok(code)
+}
+
+/// Where the exposure is automatic, shows the frames that follow as frame `number` is shown, if that is there: else they would flicker.
+fn share_exposure(arguments: &RenderArguments, ready: &mut Ready, number: u32) -> Result<()> {
+    let exposure = &mut ready.description.scene.film.exposure;
+    if *exposure == Exposure::Auto {
+        let files = outputs(arguments, number, false)?;
+        let shown = files.pictures().iter().find_map(|path| names::exposure(path));
+        *exposure = shown.map_or(Exposure::Auto, Exposure::Stops);
+    }
+    Ok(())
 }
 
 /// The first that is no success.

@@ -2,6 +2,7 @@
 
 mod screen;
 mod table;
+mod tasks;
 
 use crate::cli::choices::Machine;
 use crate::cli::progress::say;
@@ -91,6 +92,13 @@ pub(crate) struct CompareArguments {
     /// Deletes the runs that the folder holds, and begins anew. References are kept.
     #[arg(long)]
     restart: bool,
+    /// Renders nothing: writes down all runs as tasks for many machines, into the same folder. phototaxis farm run does them, or
+    /// HyperQueue or Slurm. See docs/farm.md.
+    #[arg(long, conflicts_with_all = ["gallery", "restart"])]
+    tasks: bool,
+    /// Does this task of --tasks alone: what machines call.
+    #[arg(long, value_name = "NAME", hide = true, conflicts_with_all = ["tasks", "restart"])]
+    task: Option<String>,
     /// Leaves the pictures out of results.json.
     #[arg(long)]
     no_images: bool,
@@ -108,14 +116,28 @@ pub(crate) fn run(arguments: &CompareArguments) -> Result<ExitCode> {
     if !arguments.quiet {
         warn(&warnings);
     }
+    if arguments.tasks {
+        // by now all settings are known to be right
+        tasks::write(arguments, &plan)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let folder = &arguments.output;
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let log = folder.join("runs.jsonl");
     if arguments.restart && log.exists() {
         std::fs::remove_file(&log).with_context(|| log.display().to_string())?;
     }
-    let mut store = Store::open(&log, &scene_cache.plan_hash(&plan), &plan.title)?;
+    if arguments.restart {
+        tasks::forget(folder)?;
+    }
     let signals = Signals::catch(arguments.quiet)?;
+    if let Some(name) = &arguments.task {
+        let whole = tasks::carry_out(arguments, &plan, &scene_cache, name, signals.stop())?;
+        return Ok(if whole { ExitCode::SUCCESS } else { signals.exit_code() });
+    }
+    let hash = scene_cache.plan_hash(&plan);
+    let mut store = Store::open(&log, &hash, &plan.title)?;
+    tasks::take_in(folder, &mut store, &hash)?;
     let outcome = carry_on(arguments, &plan, &scene_cache, &mut store, signals.stop());
     // Whatever ended it: what was measured is not lost.
     let finished = finish(arguments, &plan, &scene_cache, &store);

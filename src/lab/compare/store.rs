@@ -8,7 +8,7 @@ use crate::io::memory;
 use crate::{Error, Result};
 use rustc_hash::FxHasher;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
 use std::hash::Hasher;
 use std::io::Write;
@@ -42,10 +42,9 @@ impl Store {
     /// # Errors
     /// [`Error::File`] where it belongs to another plan, [`Error::Parse`] where it is damaged, [`Error::Io`].
     pub fn open(path: &Path, hash: &str, title: &str) -> Result<Store> {
-        let text = match memory::read_file(path, u64::MAX) {
-            Ok(bytes) => String::from_utf8(bytes).map_err(|_| Error::file(path, "damaged: its text is not UTF-8"))?,
+        let text = match text(path) {
             Err(Error::Io { error, .. }) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
-            Err(error) => return Err(error),
+            text => text?,
         };
         // What has no end of line was cut off while it was written, by a crash or a full disk.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
@@ -67,23 +66,37 @@ impl Store {
         Ok(store)
     }
 
-    fn read(&mut self, number: usize, line: &str, hash: &str) -> Result<()> {
-        let malformed = |e: serde_json::Error| Error::parse(&self.path, number, e.column(), e.to_string());
-        match (number, serde_json::from_str(line).map_err(malformed)?) {
-            (1, Line::Plan { format: FORMAT, hash: found, .. }) if found == hash => {}
-            (1, Line::Plan { .. }) => {
-                let message = "it holds the runs of another comparison, or of this one by another build or instruction set: choose another folder, \
-                     or --restart to delete them";
-                return Err(Error::file(&self.path, message));
+    /// Takes in what the file of another part of the comparison holds and this does not, as what was found here.
+    ///
+    /// # Errors
+    /// As of [`Self::open`]; and where there is no such file.
+    pub(crate) fn join(&mut self, path: &Path, hash: &str) -> Result<()> {
+        let text = text(path)?;
+        let (mut runs, mut references) = (Vec::new(), Vec::new());
+        for (number, line) in (1..).zip(text.lines()) {
+            match parsed((path, number), line, hash)? {
+                Line::Run(run) => runs.push(run),
+                Line::Reference { scene, reference } => references.push((scene, reference)),
+                Line::Plan { .. } | Line::Repeat { .. } => {}
             }
-            (2.., Line::Run(run)) => self.runs.push(*run),
-            (2.., Line::Reference { scene, reference }) => {
+        }
+        let new = references.iter().filter(|(scene, _)| !self.references.contains_key(scene)).collect::<Vec<_>>();
+        new.into_iter().try_for_each(|(scene, reference)| self.add_reference(scene, reference))?;
+        let key = |run: &Run| (run.seed, run.scene.clone(), run.method.clone(), run.budget.clone());
+        let known: BTreeSet<_> = self.runs.iter().map(key).collect();
+        runs.into_iter().filter(|run| !known.contains(&key(run))).try_for_each(|run| self.add(*run))
+    }
+
+    fn read(&mut self, number: usize, line: &str, hash: &str) -> Result<()> {
+        match parsed((&self.path, number), line, hash)? {
+            Line::Plan { .. } => {}
+            Line::Run(run) => self.runs.push(*run),
+            Line::Reference { scene, reference } => {
                 self.references.insert(scene, reference);
             }
-            (2.., Line::Repeat { scene, method, spp, equal }) => {
+            Line::Repeat { scene, method, spp, equal } => {
                 self.repeats.insert((scene, method, spp), equal);
             }
-            _ => return Err(Error::parse(&self.path, number, 0, "the plan must be the first line, and only that")),
         }
         Ok(())
     }
@@ -148,6 +161,30 @@ impl Store {
 
     pub(crate) fn reference(&self, scene: &str) -> Option<&ReferenceRecord> {
         self.references.get(scene)
+    }
+}
+
+fn text(path: &Path) -> Result<String> {
+    let bytes = memory::read_file(path, u64::MAX)?;
+    String::from_utf8(bytes).map_err(|_| Error::file(path, "damaged: its text is not UTF-8"))
+}
+
+/// A line of a comparison's file, of which the first is the plan.
+fn parsed((path, number): (&Path, usize), line: &str, hash: &str) -> Result<Line> {
+    let malformed = |e: serde_json::Error| Error::parse(path, number, e.column(), e.to_string());
+    match (number, serde_json::from_str(line).map_err(malformed)?) {
+        (1, Line::Plan { format: FORMAT, hash: found, title }) if found == hash => {
+            Ok(Line::Plan { format: FORMAT, hash: found, title })
+        }
+        (1, Line::Plan { .. }) => {
+            let message = "it holds the runs of another comparison, or of this one by another build or instruction set: choose another folder, \
+                 or --restart to delete them";
+            Err(Error::file(path, message))
+        }
+        (1, _) | (_, Line::Plan { .. }) => {
+            Err(Error::parse(path, number, 0, "the plan must be the first line, and only that"))
+        }
+        (_, line) => Ok(line),
     }
 }
 

@@ -233,3 +233,42 @@ impl Drop for Ended {
         let _ = self.0.wait();
     }
 }
+
+/// Figures of all runs but for what clocks tell.
+fn measured(results: &Value) -> Vec<Value> {
+    let fields = ["scene", "seed", "method", "budget", "samples", "relmse", "flip", "rays"];
+    let of = |run: &Value| fields.iter().map(|field| run[field].clone()).collect();
+    results["runs"].as_array().unwrap().iter().map(of).collect()
+}
+
+#[test]
+fn machines_that_share_a_comparison_find_what_one_does() {
+    let here = folder();
+    compare(here.path(), 2, &[], 0);
+    let alone = results(here.path());
+    let references = here.path().join("compare-out/references");
+    let reference = references.join(&names(&references)[0]);
+    let reference = ["--reference", reference.to_str().unwrap(), "-o", "farm"];
+    compare(here.path(), 2, &[&reference[..], &["--tasks"]].concat(), 0);
+    let farm = here.path().join("farm");
+    let graph: Value = serde_json::from_slice(&std::fs::read(farm.join("plan.json")).unwrap()).unwrap();
+    let tasks: Vec<&str> =
+        graph["tasks"].as_array().unwrap().iter().map(|task| task["name"].as_str().unwrap()).collect();
+    assert_eq!(tasks, ["reference-1", "round-1", "round-2", "report-1"]);
+    for task in tasks {
+        phototaxis(&std::env::temp_dir()).args(["farm", "task", farm.to_str().unwrap(), task]).assert().success();
+    }
+    let shared: Value = serde_json::from_slice(&std::fs::read(farm.join("results.json")).unwrap()).unwrap();
+    assert_eq!(measured(&shared), measured(&alone));
+    assert_eq!(names(&farm.join("images")), ["cornell_grid.exr", "cornell_none.exr"]);
+    // what is there is not done again, what is of another comparison is refused, and so is a gallery
+    let lines = || std::fs::read_to_string(farm.join("runs.jsonl")).unwrap().lines().count();
+    let before = lines();
+    compare(here.path(), 2, &reference, 0);
+    assert_eq!((lines(), before), (1 + 1 + 8, 1 + 1 + 8));
+    let other =
+        compare(here.path(), 2, &[&reference[..], &["--set", "film.height=32", "--task", "round-1"]].concat(), 1);
+    assert!(super::stderr(&other).contains("another comparison"), "{}", super::stderr(&other));
+    let none = compare(here.path(), 2, &[&reference[..], &["--task", "round-3"]].concat(), 1);
+    assert!(super::stderr(&none).contains("no such task"), "{}", super::stderr(&none));
+}

@@ -146,7 +146,7 @@ fn plans_that_cannot_be_carried_out_are_refused() {
     refused(&["--time", "1ms", "--", "--size", "8x8"], 1, "it is over before the first sample");
     refused(&["--spp", "9", "--time", "9"], 2, "cannot be used with");
     refused(&["--spp", "9", "--learn", "4", "--", "--guide", "none"], 1, "--learn needs a guide");
-    refused(&["--spp", "9", "--", "--layers", "cryptomatte"], 1, "cannot render the layer cryptomatte");
+    refused(&["--spp", "9", "--", "--adaptive"], 1, "--part cannot render adaptively");
     refused(&["--spp", "9", "--", "--time", "9"], 2, "cannot be used with");
     refused(&["--spp", "9", "--", "--set", "film.widht=3"], 1, "widht");
     refused(&["--spp", "9", "--picture", "a.jpg"], 1, "a.jpg");

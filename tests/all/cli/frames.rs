@@ -166,3 +166,23 @@ fn frames_with_a_guide_from_earlier_ones_are_unbiased() {
     assert!(smallest(1.0) >= level, "not what frames without a guide give");
     assert!(smallest(1.05) < level, "a bias of 0.05 goes unseen");
 }
+
+#[test]
+fn all_frames_have_the_exposure_that_suits_the_first() {
+    let here = folder();
+    let stops = |name: &str| match read_attributes(&here.path().join(name)).unwrap().get("viewExposure") {
+        Some(Attribute::Float(stops)) => *stops,
+        other => panic!("{name}: {other:?}"),
+    };
+    let how = [&["--spp", "4", "--guide", "none", "--exposure", "auto"], &KEYS[..]].concat();
+    let go = |more: &[&str]| render(here.path(), 0, &[&how[..], more].concat());
+    go(&["--frames", "1..5:2", "-o", "a#.exr", "-o", "a#.png"]);
+    go(&["--frames", "5", "-o", "b.exr", "-o", "b.png"]);
+    assert!(stops("a1.exr") == stops("a3.exr") && stops("a3.exr") == stops("a5.exr"));
+    assert_ne!(stops("a5.exr"), stops("b.exr"), "by itself it would be shown otherwise: else this tells nothing");
+    // those that are there already are taken for it
+    let shown = std::fs::read(here.path().join("a5.png")).unwrap();
+    std::fs::remove_file(here.path().join("a5.png")).unwrap();
+    go(&["--frames", "1..5:2", "-o", "a#.exr", "-o", "a#.png", "--skip-existing"]);
+    assert!(std::fs::read(here.path().join("a5.png")).unwrap() == shown);
+}

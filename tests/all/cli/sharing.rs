@@ -51,7 +51,7 @@ fn parts_that_depend_on_each_other_are_refused() {
     let part = ["--part", "1/2", "--film-out", "a"];
     for (more, why) in [
         (&[][..], "--part needs --guide none, or --guide-in"),
-        (&["--guide", "none", "--layers", "cryptomatte"], "cannot render the layer cryptomatte"),
+        (&["--guide", "none", "--adaptive"], "cannot render adaptively"),
         (&["--guide", "none", "--set", "render.time=3"], "render.time or render.noise is given"),
         (&["--guide", "none", "--set", "render.order=blocks"], "needs render.order"),
     ] {
