@@ -11,6 +11,7 @@ mod frames;
 mod gallery;
 mod guides;
 mod info;
+mod installing;
 mod paper;
 mod pictures;
 mod previews;
