@@ -27,10 +27,11 @@ RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 # rounding and blending of vectors, for processors of 2008 to 2013; the first is for all others.
 LEVELS := x86-64 x86-64-v2 x86-64-v3 x86-64-v4
 
-.PHONY: demo build lab portable install uninstall blender-addon test check setup
+.PHONY: demo build lab figures figures-quick portable install uninstall blender-addon test check setup
 
 # What is installed, and where: PROGRAM is what `make build`, `make lab` or `make portable` has made.
 PROGRAM ?= $(or $(CARGO_TARGET_DIR),target)/release/phototaxis
+LAB := $(or $(CARGO_TARGET_DIR),target)/release/phototaxis
 PREFIX ?= /usr/local
 BIN := $(DESTDIR)$(PREFIX)/bin
 MAN := $(DESTDIR)$(PREFIX)/share/man/man1
@@ -49,6 +50,15 @@ build: setup
 # The program with its laboratory: bench, compare, generate, paper, rates.
 lab: setup
 	$(CARGO) build --release --locked --features lab
+
+# Every picture, chart and table of README and docs anew, from this build; docs/results.md says how long it takes. `make figures
+# FIGURES="--only results --runs 3"` does less of it, and `make figures-quick` all of it with tiny budgets, into another folder.
+figures: lab
+	$(LAB) figures $(FIGURES)
+
+figures-quick: lab
+	mkdir -p out/figures-quick/docs && cp docs/*.md out/figures-quick/docs
+	$(LAB) figures --quick --work out/figures-quick/work --output out/figures-quick/docs $(FIGURES)
 
 portable: setup
 	CARGO="$(CARGO)" launcher/build out/phototaxis portable $(LEVELS)
