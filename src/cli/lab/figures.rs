@@ -62,9 +62,12 @@ pub(crate) struct FiguresArguments {
     /// Pixels of a scene's width in the results. [default: 256; quick: 32]
     #[arg(long, value_name = "N")]
     width: Option<u32>,
-    /// Seconds of each of the crops at equal time; the long render takes sixty times as long. [default: 10; quick: 0.02]
+    /// Seconds of each of the crops at equal time. [default: 10; quick: 0.02]
     #[arg(long, value_name = "SECONDS")]
     crop_time: Option<f64>,
+    /// Seconds of the long render beside them. [default: 600; quick: 1]
+    #[arg(long, value_name = "SECONDS")]
+    long_time: Option<f64>,
     /// Scenes of the results, by name; all without it.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     scenes: Vec<String>,
@@ -82,6 +85,7 @@ struct Budgets {
     reference_time: f64,
     width: u32,
     crop_time: f64,
+    long_time: f64,
     /// Of door.png, of the pictures of the paper, of the charts of rates, of a guide that is looked into.
     spp: u32,
     paper_spp: u32,
@@ -103,6 +107,7 @@ impl Budgets {
             reference_time: a.reference_time.unwrap_or(defaults.reference_time),
             width: a.width.unwrap_or(defaults.width),
             crop_time: a.crop_time.unwrap_or(defaults.crop_time),
+            long_time: a.long_time.unwrap_or(defaults.long_time),
             ..defaults
         }
     }
@@ -117,6 +122,7 @@ fn full() -> Budgets {
         reference_time: 600.0,
         width: 256,
         crop_time: 10.0,
+        long_time: 600.0,
         spp: 128,
         paper_spp: 1024,
         paper_scale: 0.5,
@@ -136,6 +142,7 @@ fn quick() -> Budgets {
         reference_time: 0.2,
         width: 32,
         crop_time: 0.02,
+        long_time: 1.0,
         spp: 1,
         paper_spp: 2,
         paper_scale: 0.125,
@@ -189,7 +196,11 @@ impl Desk<'_> {
     fn run(&mut self, arguments: &[String]) -> Result<String> {
         let shown = arguments.iter().map(|a| quoted(a)).collect::<Vec<_>>().join(" ");
         say(&format!("phototaxis {shown}"));
-        self.commands.push(format!("phototaxis {shown}"));
+        // pages show the folders that are usual, and none of this machine
+        let usual =
+            |text: String, folder: &Path, usual: &str| text.replace(&quoted(&folder.display().to_string()), usual);
+        let told = usual(shown.clone(), &self.arguments.work, "out/figures");
+        self.commands.push(format!("phototaxis {}", usual(told, &self.arguments.output, "docs")));
         let program = std::env::current_exe().context("this program's file")?;
         let output = Command::new(program).args(arguments).stderr(Stdio::inherit()).output()?;
         if !output.status.success() {

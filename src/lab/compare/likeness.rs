@@ -43,8 +43,9 @@ pub(crate) fn unlike(reference: &Image, picture: &Image, variance: &[Rgb]) -> Op
     }
     let turns =
         [("mirrored left to right", true, false), ("upside down", false, true), ("turned by 180 degrees", true, true)];
-    let turned = turns.iter().find(|(_, x, y)| alike(&flipped(reference, *x, *y)) >= ALIKE);
-    Some(match turned {
+    let turned = turns.map(|(how, x, y)| (how, alike(&flipped(reference, x, y))));
+    let best = turned.iter().filter(|(_, alike)| *alike >= ALIKE).max_by(|a, b| a.1.total_cmp(&b.1));
+    Some(match best {
         Some((how, ..)) => format!("it seems to be {how}: so turned, it is like a short render of the scene"),
         None => format!("it shows something else than a short render of the scene: their correlation is {own:.2}"),
     })
