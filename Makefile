@@ -3,6 +3,9 @@
 #   make test   runs all tests
 # and one to give away what was built:
 #   make portable   builds out/phototaxis, which runs on any x86-64 and uses what it finds
+# and two for those who keep it:
+#   make install     puts the program, its manual and its completions below PREFIX (/usr/local); DESTDIR goes before it
+#   make uninstall   takes them away again
 # and one for Blender:
 #   make blender-addon   packs out/phototaxis-blender.zip, which Blender installs; needs no Blender
 
@@ -24,7 +27,17 @@ RUST := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 # rounding and blending of vectors, for processors of 2008 to 2013; the first is for all others.
 LEVELS := x86-64 x86-64-v2 x86-64-v3 x86-64-v4
 
-.PHONY: demo build lab portable blender-addon test check setup
+.PHONY: demo build lab figures figures-quick portable install uninstall blender-addon test check setup
+
+# What is installed, and where: PROGRAM is what `make build`, `make lab` or `make portable` has made.
+PROGRAM ?= $(or $(CARGO_TARGET_DIR),target)/release/phototaxis
+LAB := $(or $(CARGO_TARGET_DIR),target)/release/phototaxis
+PREFIX ?= /usr/local
+BIN := $(DESTDIR)$(PREFIX)/bin
+MAN := $(DESTDIR)$(PREFIX)/share/man/man1
+BASH_COMPLETION := $(DESTDIR)$(PREFIX)/share/bash-completion/completions/phototaxis
+ZSH_COMPLETION := $(DESTDIR)$(PREFIX)/share/zsh/site-functions/_phototaxis
+FISH_COMPLETION := $(DESTDIR)$(PREFIX)/share/fish/vendor_completions.d/phototaxis.fish
 
 demo: build
 	mkdir -p out
@@ -38,8 +51,31 @@ build: setup
 lab: setup
 	$(CARGO) build --release --locked --features lab
 
+# Every picture, chart and table of README and docs anew, from this build; docs/results.md says how long it takes. `make figures
+# FIGURES="--only results --runs 3"` does less of it, and `make figures-quick` all of it with tiny budgets, into another folder.
+figures: lab
+	$(LAB) figures $(FIGURES)
+
+figures-quick: lab
+	mkdir -p out/figures-quick/docs && cp docs/*.md out/figures-quick/docs
+	$(LAB) figures --quick --work out/figures-quick/work --output out/figures-quick/docs $(FIGURES)
+
 portable: setup
 	CARGO="$(CARGO)" launcher/build out/phototaxis portable $(LEVELS)
+
+# Builds nothing, so that no compiler runs as root.
+install:
+	@test -x $(PROGRAM) || { echo "$(PROGRAM) is missing: make build makes it" >&2; exit 1; }
+	install -D -m 755 $(PROGRAM) $(BIN)/phototaxis
+	install -d $(MAN) $(dir $(BASH_COMPLETION) $(ZSH_COMPLETION) $(FISH_COMPLETION))
+	$(PROGRAM) man --output $(MAN)
+	$(PROGRAM) completions bash >$(BASH_COMPLETION)
+	$(PROGRAM) completions zsh >$(ZSH_COMPLETION)
+	$(PROGRAM) completions fish >$(FISH_COMPLETION)
+	chmod 644 $(MAN)/phototaxis*.1 $(BASH_COMPLETION) $(ZSH_COMPLETION) $(FISH_COMPLETION)
+
+uninstall:
+	rm -f $(BIN)/phototaxis $(MAN)/phototaxis.1 $(MAN)/phototaxis-*.1 $(BASH_COMPLETION) $(ZSH_COMPLETION) $(FISH_COMPLETION)
 
 blender-addon:
 	python3 addons/blender/pack.py out/phototaxis-blender.zip

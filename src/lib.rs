@@ -19,7 +19,7 @@
 //! # Layers
 //!
 //! Folders use only those before them in this list, and a test (`tests/all/layers.rs`) keeps it so:
-//! [`simd`], [`io`], [`math`], `document`, [`stats`] · [`geometry`], [`embree`] · [`image`], [`denoise`], [`texture`], `fields`,
+//! [`simd`], [`io`], [`math`], `document`, [`stats`] · [`geometry`], [`embree`] · [`image`], `draw`, [`denoise`], [`texture`], `fields`,
 //! [`film`] · [`bsdf`], [`light`] · [`guiding`] · [`scene`] · [`integrator`] · [`render`] ·
 //! [`format`] · [`inspect`] · `lab` · [`cli`].
 //!
@@ -49,6 +49,7 @@ pub mod bsdf;
 pub mod cli;
 pub mod denoise;
 pub(crate) mod document;
+pub(crate) mod draw;
 pub mod embree;
 pub(crate) mod error;
 pub(crate) mod fields;

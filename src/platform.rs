@@ -4,6 +4,7 @@
 use crate::Result;
 use crate::embree::{Device, Isa};
 use crate::image::exr::Attribute;
+use crate::io::clock;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -19,6 +20,8 @@ pub struct Platform {
     pub(crate) compiled_for: &'static str,
     /// The highest level of x86-64 that this processor has, or the name of another architecture.
     pub processor: &'static str,
+    /// The processor's name, as the system tells it.
+    pub(crate) cpu: Option<String>,
     /// Version of the Embree that runs.
     pub(crate) embree: String,
     /// The largest instruction set that it uses.
@@ -76,6 +79,31 @@ fn processor() -> &'static str {
     std::env::consts::ARCH
 }
 
+/// The processor's name, as Linux tells it.
+fn cpu() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_string())
+}
+
+/// What keeps this machine from measuring well: more work than a quarter of its processors, on average over the last minute.
+/// `None` where there is nothing, or the system does not tell.
+pub fn busy() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/loadavg").ok()?;
+    let load: f64 = text.split_whitespace().next()?.parse().ok()?;
+    let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    said_busy(load, processors)
+}
+
+fn said_busy(load: f64, processors: usize) -> Option<String> {
+    (load > 0.25 * processors as f64).then(|| {
+        format!(
+            "this machine is busy: over the last minute {load:.1} programs wanted its {processors} processors; times will be \
+             longer and less even than its own"
+        )
+    })
+}
+
 impl Platform {
     /// This program here, with Embree as it is for all devices that are not told otherwise.
     ///
@@ -94,6 +122,7 @@ impl Platform {
             commit: option_env!("PHOTOTAXIS_COMMIT"),
             compiled_for: compiled_for(),
             processor: processor(),
+            cpu: cpu(),
             embree: format!("{}.{}.{}", version / 10000, version / 100 % 100, version % 100),
             embree_isa: device.isa().map_or(if cfg!(target_arch = "x86_64") { "sse2" } else { processor() }, Isa::name),
             embree_packet_width: device.packet_width(),
@@ -105,6 +134,12 @@ impl Platform {
         let Platform { version, compiled_for, embree, embree_isa, .. } = self;
         let commit = self.commit.map_or(String::new(), |commit| format!(" ({commit})"));
         format!("{version}{commit}, compiled for {compiled_for}, Embree {embree} with {embree_isa}")
+    }
+
+    /// In one line what a figure was made with: the program, the processor, Embree and the date (UTC).
+    pub(crate) fn stamp(&self) -> String {
+        let cpu = self.cpu.as_deref().unwrap_or("unknown processor");
+        format!("Phototaxis {}, on {cpu}, {}", self.summary(), &clock::utc_now()[..10])
     }
 
     /// How Embree is asked for sixteen rays at a time.
@@ -154,6 +189,23 @@ mod tests {
             assert_eq!(platform.packets().contains("halves"), width == 8);
             assert!(platform.summary().ends_with(&format!("with {}", isa.name())));
         }
+    }
+
+    #[test]
+    fn a_stamp_names_all_that_a_figure_depends_on() {
+        let platform = Platform::here().unwrap();
+        let stamp = platform.stamp();
+        let cpu = platform.cpu.as_deref().unwrap_or("unknown processor");
+        for part in [platform.version, platform.embree_isa, &platform.embree, platform.compiled_for, cpu] {
+            assert!(stamp.contains(part), "{part} is not in {stamp}");
+        }
+        assert_eq!(stamp.rsplit(", ").next().map(str::len), Some(10), "{stamp}");
+    }
+
+    #[test]
+    fn busy_is_more_than_a_quarter_of_the_processors() {
+        assert_eq!((said_busy(0.4, 2), said_busy(2.0, 8)), (None, None));
+        assert!(said_busy(0.6, 2).unwrap().contains("0.6 programs wanted its 2 processors"));
     }
 
     #[test]

@@ -24,6 +24,7 @@ mod lab;
 #[path = "lab/absent.rs"]
 mod lab;
 mod layers;
+mod manual;
 mod merge;
 mod names;
 mod onlookers;
@@ -43,7 +44,7 @@ use crate::io::contain;
 use crate::platform::Platform;
 use anyhow::Context as _;
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -88,6 +89,10 @@ enum Command {
     Inspect(inspect::InspectArguments),
     /// List the keys of a scene file: values, default, range, unit and meaning.
     Keys(keys::KeysArguments),
+    /// Print the manual page of a command, or write those of all commands.
+    Man(manual::ManArguments),
+    /// Print what a shell reads to complete commands and options.
+    Completions(manual::CompletionsArguments),
     #[command(flatten)]
     Lab(lab::LabCommand),
 }
@@ -107,6 +112,8 @@ pub fn run() -> ExitCode {
         Command::Error(arguments) => error::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Keys(arguments) => keys::run(&arguments),
+        Command::Man(arguments) => manual::run(&arguments, Arguments::command()),
+        Command::Completions(arguments) => manual::completions(&arguments, Arguments::command()),
         Command::Lab(command) => command.run(),
     };
     result.unwrap_or_else(|error| {

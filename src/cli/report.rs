@@ -7,6 +7,7 @@ use crate::film::accumulate::Estimate;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::{Layer, NonFinite, Tone, ViewTransform};
 use crate::inspect::Layers;
+use crate::io::clock;
 use crate::math::Rgb;
 use crate::platform::Platform;
 use crate::render::guide_file::GuideFingerprint;
@@ -23,6 +24,8 @@ pub(crate) struct Report {
     schema: u32,
     phototaxis: &'static str,
     platform: Platform,
+    /// When it was written, in UTC.
+    date: String,
     scene: String,
     scene_hash: String,
     seed: u64,
@@ -162,6 +165,7 @@ impl Report {
             schema: SCHEMA,
             phototaxis: env!("CARGO_PKG_VERSION"),
             platform: Platform::of(context.scene.geometry().device()),
+            date: clock::utc_now(),
             scene: context.name.clone(),
             scene_hash: context.scene.hash_text(),
             seed: context.seed,

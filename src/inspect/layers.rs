@@ -44,6 +44,22 @@ impl Layers {
         ]
     }
 
+    /// How many states there are.
+    pub(crate) fn states(&self) -> usize {
+        let all: std::collections::BTreeSet<u64> =
+            self.pixels.iter().filter_map(|p| p.state).map(|key| key.0).collect();
+        all.len()
+    }
+
+    /// The share of directions that the guide draws, as greys from 0 to 1.
+    pub(crate) fn shares(&self) -> Image {
+        Image {
+            width: self.width,
+            height: self.height,
+            data: self.pixels.iter().map(|p| Rgb::splat(p.fraction)).collect(),
+        }
+    }
+
     /// A colour for each state, at random; black where no state was met.
     pub(crate) fn false_colours(&self) -> Image {
         let data = self.pixels.iter().map(|p| p.state.map_or(Rgb::ZERO, colour)).collect();

@@ -3,6 +3,7 @@
 pub(crate) mod layers;
 pub(crate) mod picture;
 pub(crate) mod radiance;
+pub(crate) mod sheet;
 
 pub(crate) use layers::Layers;
 pub(crate) use radiance::{Comparison, Radiance};

@@ -8,8 +8,6 @@ use std::f32::consts::{PI, TAU};
 
 /// Pixels along the height of a picture.
 const HEIGHT: usize = 256;
-/// Columns between two pictures.
-const GAP: usize = 8;
 /// What is no direction, or one that is not known; darker than paper, and of no grey.
 const NOTHING: Rgb = Rgb::new(0.02, 0.04, 0.1);
 
@@ -55,15 +53,10 @@ impl Chart {
     }
 }
 
-/// Two charts of one size beside each other; `white` becomes white.
-pub(crate) fn side_by_side(left: &Chart, right: &Chart, white: f32) -> Image {
-    let mut image = Image::new(left.width + GAP + right.width, left.height);
-    image.data.fill(Rgb::ONE);
-    for (chart, offset) in [(left, 0), (right, left.width + GAP)] {
-        for (i, value) in chart.values.iter().enumerate() {
-            let colour = value.map_or(NOTHING, |value| Rgb::splat(value / white));
-            image.data[i / chart.width * image.width + offset + i % chart.width] = colour;
-        }
+impl Chart {
+    /// The values as greys of which `white` is the brightest; a colour that is no grey where there is none.
+    pub(crate) fn picture(&self, white: f32) -> Image {
+        let colour = |value: &Option<f32>| value.map_or(NOTHING, |value| Rgb::splat(value / white));
+        Image { width: self.width, height: self.height, data: self.values.iter().map(colour).collect() }
     }
-    image
 }

@@ -11,6 +11,26 @@ use std::marker::PhantomData;
 use std::ops::{Add, AddAssign};
 use std::time::{Duration, Instant};
 
+/// Date and time of day in UTC, as ISO 8601 has them: 2026-11-30T16:05:09Z.
+pub(crate) fn utc_now() -> String {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    utc(since.map_or(0, |since| since.as_secs()))
+}
+
+/// The same of seconds since 1970. Days are counted in eras of 400 years that begin on a 1 March, so that leap days come last (Hinnant,
+/// "chrono-Compatible Low-Level Date Algorithms").
+fn utc(seconds: u64) -> String {
+    let days = seconds / 86_400 + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let (day, month) = (day - (153 * month + 2) / 5 + 1, if month < 10 { month + 3 } else { month - 9 });
+    let year = year + 400 * era + u64::from(month <= 2);
+    let [hour, minute, second] = [seconds / 3600 % 24, seconds / 60 % 60, seconds % 60];
+    format!("{year}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
+}
+
 /// Measures wall time: it goes on while threads sleep, wait, or have lost the processor to other programs. In a file it is the
 /// time that has passed, and goes on from there when it is read.
 #[derive(Clone, Copy, Debug)]
@@ -134,6 +154,20 @@ mod tests {
         let clock = CpuClock::thread();
         while clock.elapsed().seconds() < seconds {
             std::hint::spin_loop();
+        }
+    }
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        // by `date -u -d @…`
+        for (seconds, date) in [
+            (0, "1970-01-01T00:00:00Z"),
+            (951_782_400, "2000-02-29T00:00:00Z"),
+            (1_709_251_199, "2024-02-29T23:59:59Z"),
+            (1_796_054_709, "2026-11-30T16:05:09Z"),
+            (4_107_542_400, "2100-03-01T00:00:00Z"),
+        ] {
+            assert_eq!(utc(seconds), date);
         }
     }
 

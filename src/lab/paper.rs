@@ -88,7 +88,6 @@ const LEARNING: &[&str] = &[
     "guiding.sampling=q",
     "guiding.bsdf_fraction=0.05",
     "guiding.learned_fraction=false",
-    "guiding.mis_compensation=false",
     "guiding.smoothing=0",
     "guiding.memory=1 GiB",
 ];
@@ -186,6 +185,16 @@ impl Preset {
 mod tests {
     use super::*;
     use std::collections::BTreeSet;
+
+    #[test]
+    fn what_every_preset_sets_can_be_set_together() {
+        for preset in presets() {
+            let scene = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/wall.toml");
+            let settings: Vec<String> = preset.overrides().map(String::from).collect();
+            let read = crate::format::load(&scene, &settings);
+            assert!(read.is_ok(), "{}: {}", preset.name, read.err().map_or(String::new(), |e| e.to_string()));
+        }
+    }
 
     #[test]
     fn names_are_told_apart_and_timed_against_the_first_of_their_figure() {

@@ -35,6 +35,16 @@ impl Summary {
         (self.variance / self.runs as f64).sqrt()
     }
 
+    /// Interval of the mean of a quantity that is never negative, by Student's t on the logarithm of the mean: both its ends are
+    /// positive. A mean of 0 without any spread is sure; `None` for other means that are not positive.
+    pub(crate) fn confidence_of_positive(&self, level: f64) -> Option<Interval> {
+        if self.mean == 0.0 && self.variance == 0.0 {
+            return Some(Interval { low: 0.0, high: 0.0 });
+        }
+        let factor = LogSpread::of_mean(self)?.factor(level)?;
+        Some(Interval { low: self.mean / factor, high: self.mean * factor })
+    }
+
     /// Student's t interval of the mean with confidence `level` in (0, 1): exact for normal runs.
     pub(crate) fn confidence(&self, level: f64) -> Option<Interval> {
         let half = t_quantile(level, (self.runs - 1) as f64)? * self.std_error();
@@ -42,22 +52,54 @@ impl Summary {
     }
 }
 
+/// How sure a logarithm is: its variance, and the degrees of freedom that this is known by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LogSpread {
+    pub(crate) variance: f64,
+    pub(crate) freedom: f64,
+}
+
+impl LogSpread {
+    /// Of the logarithm of a mean, by the delta method: var ln x̄ ≈ se²/x̄². `None` where the mean is not positive.
+    pub(crate) fn of_mean(s: &Summary) -> Option<LogSpread> {
+        let variance = (s.std_error() / s.mean).powi(2);
+        (s.mean > 0.0).then_some(LogSpread { variance, freedom: (s.runs - 1) as f64 })
+    }
+
+    /// Of the sum of independent logarithms, with Welch's degrees of freedom (1947).
+    pub(crate) fn sum(parts: &[LogSpread]) -> LogSpread {
+        let variance = parts.iter().map(|p| p.variance).sum::<f64>();
+        let inverse = parts.iter().map(|p| p.variance * p.variance / p.freedom).sum::<f64>();
+        let least = parts.iter().map(|p| p.freedom).fold(f64::INFINITY, f64::min);
+        LogSpread { variance, freedom: if inverse > 0.0 { variance * variance / inverse } else { least } }
+    }
+
+    /// Of a logarithm whose variance is `factor` times as large.
+    pub(crate) fn times(self, factor: f64) -> LogSpread {
+        LogSpread { variance: factor * self.variance, ..self }
+    }
+
+    /// The factor to either side within which the quantity lies with confidence `level` in (0, 1).
+    pub(crate) fn factor(&self, level: f64) -> Option<f64> {
+        if self.variance == 0.0 {
+            return Some(1.0);
+        }
+        Some((t_quantile(level, self.freedom)? * self.variance.sqrt()).exp())
+    }
+}
+
 /// Confidence interval of the ratio of the expectations of two independent sets of runs, `a` over `b`, by the delta method on the
 /// logarithm: var ln(ā/b̄) ≈ se_a²/ā² + se_b²/b̄² (Hedges, Gurevitch & Curtis 1999), Student's t with
 /// Welch's degrees of freedom (1947). `None` where a mean is not positive.
 pub fn ratio_interval(a: &Summary, b: &Summary, level: f64) -> Option<Interval> {
-    if a.mean <= 0.0 || b.mean <= 0.0 {
-        return None;
-    }
-    let relative = |s: &Summary| (s.std_error() / s.mean).powi(2);
-    let (va, vb) = (relative(a), relative(b));
+    let factor = log_ratio(a, b)?.factor(level)?;
     let ratio = a.mean / b.mean;
-    if va + vb == 0.0 {
-        return Some(Interval { low: ratio, high: ratio });
-    }
-    let freedom = (va + vb).powi(2) / (va * va / (a.runs - 1) as f64 + vb * vb / (b.runs - 1) as f64);
-    let half = t_quantile(level, freedom)? * (va + vb).sqrt();
-    Some(Interval { low: ratio * (-half).exp(), high: ratio * half.exp() })
+    Some(Interval { low: ratio / factor, high: ratio * factor })
+}
+
+/// How sure the logarithm of such a ratio is.
+pub(crate) fn log_ratio(a: &Summary, b: &Summary) -> Option<LogSpread> {
+    Some(LogSpread::sum(&[LogSpread::of_mean(a)?, LogSpread::of_mean(b)?]))
 }
 
 /// The t that |T| stays below with probability `level`; `None` unless `level` is in (0, 1).
@@ -91,6 +133,18 @@ mod tests {
         // 3 ± 2.7764·√0.5
         assert!((c.low - 1.036_757).abs() < 1e-5 && (c.high - 4.963_243).abs() < 1e-5, "{c:?}");
         assert!(Summary::of(&[1.0]).is_none() && Summary::of(&[1.0, f64::NAN]).is_none());
+    }
+
+    #[test]
+    fn intervals_of_positive_quantities_are_positive() {
+        // by the plain rule 0.2 ± 0.248 would reach below 0; relative standard error 0.28868, t(2) = 4.3027
+        let s = Summary::of(&[0.1, 0.2, 0.3]).unwrap();
+        let c = s.confidence_of_positive(0.95).unwrap();
+        assert!(s.confidence(0.95).unwrap().low < 0.0 && c.low > 0.0);
+        assert!((c.high / 0.2 - (4.3027 * 0.288_675_f64).exp()).abs() < 1e-3 && (c.low * c.high - 0.04).abs() < 1e-12);
+        let zero = Summary::of(&[0.0, 0.0]).unwrap().confidence_of_positive(0.95);
+        assert_eq!(zero, Some(Interval { low: 0.0, high: 0.0 }));
+        assert_eq!(Summary::of(&[-1.0, 0.5]).unwrap().confidence_of_positive(0.95), None);
     }
 
     #[test]

@@ -13,6 +13,8 @@ pub mod ztest;
 pub(crate) use chi2::{Chi2Report, DirectionTest, Domain, chi2_discrete};
 pub use interval::{Interval, Summary, ratio_interval};
 #[cfg(feature = "lab")]
+pub(crate) use interval::{LogSpread, log_ratio};
+#[cfg(feature = "lab")]
 pub(crate) use median::Median;
 pub use ztest::{ImageMoments, ImageZTest, z_test_images};
 

@@ -15,6 +15,7 @@ const LAYERS: &[&str] = &[
     "geometry",
     "embree",
     "image",
+    "draw",
     "denoise",
     "texture",
     "fields",
@@ -203,4 +204,25 @@ fn every_source_file_is_part_of_a_module() {
     }
     assert!(lost.is_empty(), "no module names {lost:?}");
     assert!(reached.len() > 200, "the walk itself found {} files", reached.len());
+}
+
+/// docs/validation.md lists constants that were chosen; each must stand in the source with the value that is told.
+#[test]
+fn the_constants_that_the_documentation_tells_are_those_of_the_source() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(root.join("docs/validation.md")).unwrap();
+    let rows = page.lines().filter(|line| line.starts_with("| `") && line.contains(".rs |"));
+    let mut count = 0;
+    for row in rows {
+        let fields: Vec<&str> = row.split('|').map(|field| field.trim().trim_matches('`')).collect();
+        let [_, name, value, file, ..] = fields[..] else { panic!("{row}") };
+        let source = std::fs::read_to_string(root.join("src").join(file)).unwrap();
+        let line = source.lines().find(|line| line.contains(&format!("const {name}:")));
+        assert!(
+            line.is_some_and(|line| line.ends_with(&format!(" = {value};"))),
+            "{name} is {line:?} in {file}, not {value}"
+        );
+        count += 1;
+    }
+    assert!(count > 10, "{count} rows");
 }

@@ -13,7 +13,7 @@ const SIZE: [u8; 2] = [16, 8];
 const METHODS: [&str; 3] = ["none", "grid", "tree, fine"];
 
 /// Number of the checks in `tests/report`.
-const CHECKS: usize = 20;
+const CHECKS: usize = 22;
 
 /// A name that would end the tag it stands in if it were not escaped.
 const SCENES: [&str; 2] = ["a<b", "hall"];
@@ -81,10 +81,10 @@ fn cell(scene: &str, method: &str, budget: &str) -> Value {
 
 fn results() -> Value {
     let budgets = ["4 spp", "16 spp"];
-    let drawing = r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 40 30"><path d="M0 0L40 30"/></svg>"#;
+    let drawing = r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 40 30"><path class="s-ink" stroke="#24292f" d="M0 0L40 30"/></svg>"##;
     let chart = |scene: Option<&str>| {
         let id = scene.unwrap_or("all");
-        json!({"id": id, "scene": scene, "title": "error", "kind": "error-time", "svg": drawing})
+        json!({"id": id, "scene": scene, "title": "error", "kind": "error-time", "svg": drawing, "narrow": drawing})
     };
     let scene = |name: &&str| {
         json!({"name": name, "path": "scene.toml", "width": SIZE[0], "height": SIZE[1], "triangles": 12, "reference":
@@ -98,11 +98,20 @@ fn results() -> Value {
         "methods": METHODS.map(|name| json!({"name": name, "overrides": {"guiding.method": name},
             "baseline": name == "none"})),
         "budgets": budgets.map(|name| json!({"name": name, "wall_seconds": null, "spp": 4})),
-        "runs": [], "cells": cells.collect::<Vec<_>>(),
+        "runs": [], "cells": cells.collect::<Vec<_>>(), "date": "2026-01-02T03:04:05Z",
+        "platform": {"commit": "abc", "compiled_for": "x86-64-v3", "embree": "4.3.0", "embree_isa": "avx2"},
+        "overall": [overall("grid", 0.35), overall("tree, fine", 2.1)],
         "charts": [chart(None), chart(Some("a<b")), chart(Some("hall"))],
         "gallery": gallery(),
         "images": SCENES.iter().flat_map(|scene| pictures(scene)).collect::<Vec<_>>(),
     })
+}
+
+/// A geometric mean over both scenes, at the larger budget.
+fn overall(method: &str, value: f64) -> Value {
+    let mean = json!({"value": value, "low": 0.9 * value, "high": 1.1 * value, "scenes": 2, "left_out": [], "spread": 1.6,
+        "least": {"scene": "hall", "value": 0.5 * value}, "most": {"scene": "a<b", "value": 2.0 * value}});
+    json!({"method": method, "budget": "16 spp", "ratio": mean, "ratio_trimmed": mean})
 }
 
 /// `grid` fails in `a<b`, once with a reason and once without.

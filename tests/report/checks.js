@@ -102,6 +102,15 @@ await check('matrix colours what is certain and follows its controls', () => {
   same(look()[5][1], '–', 'an undefined ratio:');
 });
 
+await check('means over scenes are told, with what the figures were made with', () => {
+  const text = $('#summary').textContent;
+  for (const words of ['grid over 2 scenes: geometric mean 0.350× (0.315 to 0.385', 'a factor of 1.60, from 0.175× in hall to 0.700× in a<b',
+    'Commit abc, compiled for x86-64-v3; Embree 4.3.0 with avx2; 2026-01-02T03:04:05Z']) holds(text.includes(words), `no "${words}" in ${text}`);
+  radio('matrix-budget', '16 spp');
+  const row = $$('#matrix tfoot td').map(cell => [cell.className, cell.querySelector('.ratio')?.textContent]);
+  same(row.slice(1), [['worse', '0.350×'], ['better', '2.10×']]);
+});
+
 await check('verdicts are marked, told and explained', () => {
   const marks = $$('#gallery .verdict').map(button => button.querySelector('.mark').textContent);
   same(marks, ['✓', '✗', '~', '✓', '~', '~']);

@@ -38,6 +38,16 @@ await check('all text stands out from its ground', () => {
   same(faint.map(node => `${node.tagName} ${node.className}: ${node.textContent.slice(0, 20)}: ${contrast(node)}`), []);
 });
 
+await check('charts stand out from the page, in the size that fits it', () => {
+  const shown = $$('#charts figure')[0].querySelectorAll('.drawing');
+  const narrow = document.documentElement.clientWidth < 640;
+  same([...shown].map(drawing => drawing.getClientRects().length > 0), [!narrow, narrow]);
+  const line = shown[narrow ? 1 : 0].shadowRoot.querySelector('path');
+  const [a, b] = [lightness(over(getComputedStyle(line).stroke, WHITE)), lightness(ground(document.body))];
+  const found = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  holds(found > 4.5, `contrast ${found}`);
+});
+
 await check('the page does not scroll sideways', () => {
   const { scrollWidth, clientWidth } = document.documentElement;
   holds(scrollWidth <= clientWidth, `${scrollWidth} is wider than ${clientWidth}`);

@@ -8,18 +8,22 @@ use crate::cli::choices::Machine;
 use crate::cli::progress::say;
 use crate::cli::render::warn;
 use crate::cli::signals::Signals;
+use crate::draw::png;
+use crate::draw::svg::Svg;
 use crate::io::atomic::write_atomically;
 use crate::lab::compare::cell::{Cell, cells};
-use crate::lab::compare::chart::{charts, png};
+use crate::lab::compare::chart::charts;
+use crate::lab::compare::chart::pdf::pdf;
 use crate::lab::compare::executor::{RenderExecutor, reference_blocks};
 use crate::lab::compare::gallery::matrix::Matrix;
 use crate::lab::compare::gallery::{output, pictures};
 use crate::lab::compare::plan::{Budget, Draft, Plan, parse_set, plain_scene};
 use crate::lab::compare::results::{Results, chart_file, csv};
 use crate::lab::compare::scene_cache::SceneCache;
-use crate::lab::compare::schedule::carry_out;
+use crate::lab::compare::schedule::{carry_out, order};
 use crate::lab::compare::store::Store;
-use crate::lab::compare::{file, report, sweep};
+use crate::lab::compare::{file, forecast, overall, report, sweep, tables};
+use crate::platform::busy;
 use crate::render::Stop;
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
@@ -138,12 +142,32 @@ pub(crate) fn run(arguments: &CompareArguments) -> Result<ExitCode> {
     let hash = scene_cache.plan_hash(&plan);
     let mut store = Store::open(&log, &hash, &plan.title)?;
     tasks::take_in(folder, &mut store, &hash)?;
+    if !arguments.quiet {
+        busy().iter().for_each(|why| say(&format!("warning: {why}")));
+        say(&estimate(&plan, &store));
+    }
     let outcome = carry_on(arguments, &plan, &scene_cache, &mut store, signals.stop());
     // Whatever ended it: what was measured is not lost.
     let finished = finish(arguments, &plan, &scene_cache, &store);
     let whole = outcome?;
     finished?;
     Ok(if whole { ExitCode::SUCCESS } else { signals.exit_code() })
+}
+
+/// What is to be done and how long that takes, as far as it can be told before anything is rendered.
+fn estimate(plan: &Plan, store: &Store) -> String {
+    let missing: Vec<_> = order(plan).into_iter().filter(|slot| store.find(plan, slot).is_none()).collect();
+    let scenes = plan.scenes.iter().filter(|scene| store.reference(&scene.name()).is_none());
+    let made = scenes.filter(|scene| scene.reference.is_none()).count();
+    let runs = forecast::Forecast::default()
+        .of(plan, &missing)
+        .map_or(", whose time pilot runs will tell".into(), |seconds| format!(" in {}", forecast::said(seconds)));
+    let references = match made {
+        0 => String::new(),
+        1 => format!(", and a reference in at most {}", forecast::said(plan.reference_time)),
+        n => format!(", and {n} references in at most {}", forecast::said(plan.reference_time * n as f64)),
+    };
+    format!("to do: {} runs{runs}{references}", missing.len())
 }
 
 /// What file and flags say; flags have the last word.
@@ -221,17 +245,23 @@ fn finish(arguments: &CompareArguments, plan: &Plan, scene_cache: &SceneCache, s
     if cells.is_empty() {
         return Ok(());
     }
-    let charts = charts(plan, store, &cells);
+    let overall = overall::overall(plan, &cells);
+    let charts = charts(plan, store, &cells, &overall);
+    let stamp = scene_cache.platform().stamp();
     std::fs::create_dir_all(folder.join("charts")).with_context(|| folder.display().to_string())?;
     for chart in &charts {
         let path = |extension: &str| folder.join("charts").join(format!("{}.{extension}", chart_file(chart)));
-        write(&path("svg"), chart.svg.as_bytes())?;
-        write(&path("png"), &png(&chart.svg)?)?;
+        write(&path("svg"), Svg::with_metadata(&chart.svg, &stamp).as_bytes())?;
+        write(&path("png"), &png(&chart.svg, &stamp)?)?;
+        write(&path("pdf"), &pdf(&chart.svg, &chart.title, &stamp)?)?;
     }
+    write(&folder.join("cells.csv"), tables::cells_csv(&cells).as_bytes())?;
+    write(&folder.join("overall.csv"), tables::overall_csv(&overall).as_bytes())?;
+    write(&folder.join("table.tex"), tables::latex(plan, &cells, &overall, &stamp).as_bytes())?;
     write(&folder.join("results.csv"), csv(plan, store).as_bytes())?;
     let matrix = matrix(plan, scene_cache, store, &cells, folder)?;
-    let table = table::lines(plan, store, &cells);
-    let mut results = Results::new(plan, scene_cache, store, &command_line(), cells, charts);
+    let table = table::lines(plan, store, &cells, &overall);
+    let mut results = Results::new(plan, scene_cache, store, &command_line(), cells, overall, charts);
     if let Some(matrix) = matrix {
         results.add_gallery(matrix);
     }
@@ -242,7 +272,7 @@ fn finish(arguments: &CompareArguments, plan: &Plan, scene_cache: &SceneCache, s
     write(&folder.join("results.json"), json.as_bytes())?;
     write(&folder.join("report.html"), report::page(&json).as_bytes())?;
     if !arguments.quiet {
-        say(&format!("wrote {0}/report.html, {0}/results.json, {0}/results.csv and {0}/charts", folder.display()));
+        say(&format!("wrote {0}/report.html, results.json, tables (.csv, table.tex) and {0}/charts", folder.display()));
     }
     table.iter().try_for_each(|line| crate::cli::print(line))
 }

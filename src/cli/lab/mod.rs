@@ -2,6 +2,7 @@
 
 mod bench;
 mod compare;
+mod figures;
 mod generate;
 mod paper;
 mod rates;
@@ -19,6 +20,8 @@ pub(crate) enum LabCommand {
     Paper(paper::PaperArguments),
     /// Chart how near each learning rule and rate comes to a light field that is known, by visits.
     Rates(rates::RatesArguments),
+    /// Make every picture, chart and table of the documentation anew.
+    Figures(figures::FiguresArguments),
     /// Write the project's own scenes.
     Generate(generate::GenerateArguments),
 }
@@ -30,6 +33,7 @@ impl LabCommand {
             LabCommand::Compare(arguments) => compare::run(arguments),
             LabCommand::Paper(arguments) => paper::run(arguments),
             LabCommand::Rates(arguments) => rates::run(arguments),
+            LabCommand::Figures(arguments) => figures::run(arguments),
             LabCommand::Generate(arguments) => generate::run(arguments),
         }
     }

@@ -1,8 +1,11 @@
 //! `phototaxis rates`: learning rules and rates against a light field that is known in closed form.
 
 use crate::cli::choices::Machine;
+use crate::draw::png;
+use crate::draw::svg::Svg;
 use crate::io::atomic::write_atomically;
-use crate::lab::compare::chart::{Labels, Point, Series, plot, png, style};
+use crate::io::clock;
+use crate::lab::compare::chart::{Labels, Point, Series, Size, plot, style};
 use crate::lab::convergence::{Furnace, Learnt, WAYS};
 use crate::lab::generate;
 use crate::platform::Platform;
@@ -39,6 +42,7 @@ pub(crate) struct RatesArguments {
 #[derive(Serialize)]
 struct Rates<'a> {
     platform: Platform,
+    date: String,
     curves: &'a [Curve],
 }
 
@@ -72,8 +76,11 @@ pub(crate) fn run(arguments: &RatesArguments) -> Result<ExitCode> {
 
 fn write(arguments: &RatesArguments, curves: &[Curve]) -> Result<()> {
     let chart = chart(curves, arguments.albedo).context("too few samples: no state is known well enough yet")?;
-    let json = serde_json::to_string_pretty(&Rates { platform: Platform::here()?, curves })? + "\n";
-    let files = [("rates.svg", chart.as_bytes()), ("rates.png", &png(&chart)?), ("rates.json", json.as_bytes())];
+    let platform = Platform::here()?;
+    let stamp = platform.stamp();
+    let svg = Svg::with_metadata(&chart, &stamp);
+    let json = serde_json::to_string_pretty(&Rates { platform, date: clock::utc_now(), curves })? + "\n";
+    let files = [("rates.svg", svg.as_bytes()), ("rates.png", &png(&chart, &stamp)?), ("rates.json", json.as_bytes())];
     for (name, bytes) in files {
         write_atomically(&arguments.out.join(name), |file| file.write_all(bytes))?;
     }
@@ -94,7 +101,7 @@ fn chart(curves: &[Curve], albedo: f32) -> Option<String> {
         x: "Visits of a state",
         y: "Relative error of irradiance (rms)",
     };
-    plot(&labels, &curves.iter().enumerate().map(series).collect::<Vec<_>>(), true)
+    plot(Size::Wide, &labels, &curves.iter().enumerate().map(series).collect::<Vec<_>>(), true)
 }
 
 fn albedo(text: &str) -> Result<f32, String> {

@@ -5,14 +5,14 @@ use super::plan::Plan;
 use super::record::Run;
 use super::schedule::order;
 use super::store::Store;
-use crate::stats::{Interval, Summary, ratio_interval};
+use crate::stats::{Interval, LogSpread, Summary, log_ratio};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Confidence of all intervals.
 pub(crate) const CONFIDENCE: f64 = 0.95;
 
-/// A mean over runs and its Student-t interval, which needs two of them.
+/// A mean over runs of what is never negative, and its interval (Student's t of the logarithm), which needs two of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Mean {
     pub(crate) mean: Option<f64>,
@@ -26,6 +26,9 @@ pub(crate) struct Ratio {
     pub(crate) value: Option<f64>,
     pub(crate) low: Option<f64>,
     pub(crate) high: Option<f64>,
+    /// What the interval is made of.
+    #[serde(skip)]
+    pub(crate) spread: Option<LogSpread>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -152,18 +155,22 @@ fn median(sorted: &[f64]) -> f64 {
 
 /// Baseline's cost over the runs' own. Both have seeds of their own, so that they are independent.
 fn ratio(runs: &[&Run], baseline: Option<&[&Run]>, cost: fn(&Run) -> f64) -> Ratio {
-    let Some(baseline) = baseline else { return Ratio { value: Some(1.0), low: Some(1.0), high: Some(1.0) } };
+    let Some(baseline) = baseline else {
+        return Ratio { value: Some(1.0), low: Some(1.0), high: Some(1.0), spread: None };
+    };
     let (own, base) = (values(runs, cost), values(baseline, cost));
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let value = mean(&base) / mean(&own);
-    let interval = Summary::of(&base).zip(Summary::of(&own)).and_then(|(b, o)| ratio_interval(&b, &o, CONFIDENCE));
-    Ratio { value: finite(value).filter(|r| *r > 0.0), low: interval.map(|i| i.low), high: interval.map(|i| i.high) }
+    let spread = Summary::of(&base).zip(Summary::of(&own)).and_then(|(b, o)| log_ratio(&b, &o));
+    let factor = spread.and_then(|spread| spread.factor(CONFIDENCE));
+    let (low, high) = (factor.map(|f| value / f), factor.map(|f| value * f));
+    Ratio { value: finite(value).filter(|r| *r > 0.0), low, high, spread }
 }
 
 impl Mean {
     pub(crate) fn of(values: &[f64]) -> Mean {
         let mean = finite(values.iter().sum::<f64>() / values.len() as f64);
-        let interval = Summary::of(values).and_then(|s| s.confidence(CONFIDENCE));
+        let interval = Summary::of(values).and_then(|s| s.confidence_of_positive(CONFIDENCE));
         Mean { mean, low: interval.map(|i| i.low), high: interval.map(|i| i.high) }
     }
 
@@ -198,15 +205,19 @@ mod tests {
         let base = [with(0.4, 4.0), with(0.4, 4.0), with(0.4, 4.0)];
         let (own, base): (Vec<&Run>, Vec<&Run>) = (own.iter().collect(), base.iter().collect());
         let cell = Cell::new(&own, Some(&base), None);
-        // mean cost 0.4, standard error 0.2/√3, t(2) = 4.3027: 0.4 ± 0.4968, whose lower end has no reciprocal
+        // mean cost 0.4, standard error 0.2/√3, t(2) = 4.3027: a factor of e^1.24209 to either side
         assert!((cell.efficiency.mean.unwrap() - 2.5).abs() < 1e-12);
-        assert!((cell.efficiency.low.unwrap() - 1.0 / 0.896_835).abs() < 1e-5, "{:?}", cell.efficiency);
-        assert_eq!(cell.efficiency.high, None);
+        let factor = 1.242_086_f64.exp();
+        assert!((cell.efficiency.low.unwrap() * factor - 2.5).abs() < 1e-3, "{:?}", cell.efficiency);
+        assert!((cell.efficiency.high.unwrap() / factor - 2.5).abs() < 1e-3, "{:?}", cell.efficiency);
         assert!((cell.ratio.value.unwrap() - 4.0).abs() < 1e-12);
         let (low, high) = (cell.ratio.low.unwrap(), cell.ratio.high.unwrap());
         assert!(low < 4.0 && high > 4.0 && (low * high - 16.0).abs() < 1e-9);
         assert_eq!((cell.relmse_median, cell.relmse_worst), (Some(0.2), Some(0.3)));
-        assert_eq!(Cell::new(&base, None, None).ratio, Ratio { value: Some(1.0), low: Some(1.0), high: Some(1.0) });
+        assert_eq!(
+            Cell::new(&base, None, None).ratio,
+            Ratio { value: Some(1.0), low: Some(1.0), high: Some(1.0), spread: None }
+        );
     }
 
     #[test]

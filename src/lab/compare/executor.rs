@@ -18,6 +18,7 @@ use crate::render::{self, GuideIo, IterationReport, Progress, Rendering, Setting
 use crate::scene::Scene;
 use crate::{Error, Result};
 use limits::Limits;
+use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -55,6 +56,8 @@ pub(crate) struct RenderExecutor<'a> {
     stop: &'a Stop,
     listener: Listener<'a>,
     limits: Limits,
+    /// Wall seconds for a sample per pixel of the pilot runs, by scene and method.
+    pace: FxHashMap<(usize, usize), f64>,
     /// The largest error so far by method, of the scene that was made ready; only kept for a gallery.
     worst: Vec<Option<f64>>,
 }
@@ -70,8 +73,18 @@ impl<'a> RenderExecutor<'a> {
         stop: &'a Stop,
         listener: Listener<'a>,
     ) -> RenderExecutor<'a> {
-        let (limits, worst) = (Limits::default(), Vec::new());
-        RenderExecutor { plan, scene_cache, folder, allow_noisy, reference: None, stop, listener, limits, worst }
+        RenderExecutor {
+            plan,
+            scene_cache,
+            folder,
+            allow_noisy,
+            reference: None,
+            stop,
+            listener,
+            limits: Limits::default(),
+            pace: FxHashMap::default(),
+            worst: Vec::new(),
+        }
     }
 
     /// Renders; `None` where it was told to stop.
@@ -106,17 +119,10 @@ impl<'a> RenderExecutor<'a> {
 }
 
 impl Executor for RenderExecutor<'_> {
-    fn prepare(&mut self, scene: usize, store: &mut Store) -> Result<bool> {
+    fn reference(&mut self, scene: usize, store: &mut Store) -> Result<bool> {
         let entry = &self.plan.scenes[scene];
         let name = entry.name();
-        if self.plan.gallery.is_some() {
-            self.look_at_gallery(scene, store)?;
-        }
-        if self.stop.is_asked() {
-            return Ok(false);
-        }
-        if let Some(known) = store.reference(&name) {
-            self.reference = Some(reference::read(&known.file(self.folder), self.scene_cache.plain(scene).0)?);
+        if store.reference(&name).is_some() {
             return Ok(true);
         }
         if let Some(path) = &entry.reference {
@@ -127,6 +133,25 @@ impl Executor for RenderExecutor<'_> {
         let (loaded, description) = self.scene_cache.reference(scene);
         let file = reference::file_name(&file_stem(&name), loaded, description);
         self.make(scene, &Path::new("references").join(file), store)
+    }
+
+    fn pace(&self, scene: usize, method: usize) -> Option<f64> {
+        self.pace.get(&(scene, method)).copied()
+    }
+
+    fn prepare(&mut self, scene: usize, store: &mut Store) -> Result<bool> {
+        let name = self.plan.scenes[scene].name();
+        if self.plan.gallery.is_some() {
+            self.look_at_gallery(scene, store)?;
+        }
+        if self.stop.is_asked() {
+            return Ok(false);
+        }
+        let Some(known) = store.reference(&name) else {
+            return Err(Error::Scene(format!("{name}: there is no reference to compare with")));
+        };
+        self.reference = Some(reference::read(&known.file(self.folder), self.scene_cache.plain(scene).0)?);
+        Ok(true)
     }
 
     fn run(&mut self, slot: &Slot) -> Result<Option<Run>> {

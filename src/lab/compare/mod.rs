@@ -11,9 +11,12 @@ pub(crate) mod executor;
 pub mod file;
 #[cfg(test)]
 pub(crate) mod fixtures;
+pub(crate) mod forecast;
 pub(crate) mod gallery;
+pub(crate) mod likeness;
 pub(crate) mod measure;
 pub(crate) mod memory;
+pub(crate) mod overall;
 pub(crate) mod plan;
 pub(crate) mod record;
 pub(crate) mod reference;
@@ -24,3 +27,4 @@ pub(crate) mod scene_cache;
 pub(crate) mod schedule;
 pub mod store;
 pub(crate) mod sweep;
+pub(crate) mod tables;

@@ -21,6 +21,9 @@ use std::path::Path;
 /// Samples per pixel that a reference begins with.
 const FIRST: u32 = 16;
 
+/// Samples per pixel whose variance tells how many will be needed.
+const TELLING: u32 = 64;
+
 /// Seeds of references are far from those of runs.
 pub(crate) const SEEDS: u64 = 1 << 60;
 
@@ -39,6 +42,8 @@ pub(crate) struct Growth<'a> {
     pub(crate) wanted: f64,
     /// Seconds that it may take in all.
     pub(crate) time: f64,
+    /// Seconds beyond which it is given up as soon as it seems to need them; `None`: never.
+    pub(crate) patience: Option<f64>,
     /// What may end it early.
     pub(crate) stop: &'a Stop,
     /// Told in the middle of rendering how far it is.
@@ -109,6 +114,9 @@ impl Growing {
     /// before there was anything.
     pub(crate) fn grow(mut found: Option<Growing>, scene: &Scene, of: &SceneFile, growth: Growth) -> Option<Growing> {
         while let Some(samples) = found.as_ref().map_or(Some(FIRST), |f| f.next(growth.wanted, growth.time)) {
+            if found.as_ref().is_some_and(|f| f.is_hopeless(&growth)) {
+                break;
+            }
             let taken = found.as_ref().map_or((0, 0.0), |f| (f.samples, f.seconds));
             let mut settings = super::scene_cache::settings(of);
             settings.guiding.method = GuidingMethod::None;
@@ -141,6 +149,12 @@ impl Growing {
         }
         let missing = f64::from(self.samples) * (1.1 * noise / wanted - 1.0);
         Some(missing.clamp(f64::from(FIRST), f64::from(self.samples.max(FIRST))) as u32)
+    }
+
+    /// Whether the noise so far promises more time than anybody will wait for. Its estimate must rest on some samples.
+    fn is_hopeless(&self, growth: &Growth) -> bool {
+        let needed = self.seconds_for(growth.wanted);
+        self.samples >= TELLING && growth.patience.is_some_and(|patience| needed > patience)
     }
 
     fn merged(before: Option<Growing>, new: Estimate, seconds: f64) -> Growing {

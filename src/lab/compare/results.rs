@@ -4,7 +4,7 @@ use super::cell::{CONFIDENCE, Cell};
 use super::chart::Chart;
 use super::executor::picture_path;
 use super::gallery::matrix::Matrix;
-use super::memory;
+use super::overall::Overall;
 use super::plan::{Plan, file_stem};
 use super::record::{ReferenceRecord, Run};
 use super::rgbe;
@@ -13,6 +13,7 @@ use super::schedule::order;
 use super::store::Store;
 use crate::Result;
 use crate::image::exr::read_rgb;
+use crate::io::clock;
 use crate::platform::Platform;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -29,6 +30,8 @@ pub(crate) struct Results {
     command: String,
     version: &'static str,
     platform: Platform,
+    /// When it was written, in UTC.
+    date: String,
     machine: Value,
     baseline: String,
     confidence: f64,
@@ -37,6 +40,8 @@ pub(crate) struct Results {
     budgets: Vec<Value>,
     runs: Vec<Value>,
     cells: Vec<Cell>,
+    /// Geometric means over scenes.
+    overall: Vec<Overall>,
     charts: Vec<Chart>,
     images: Vec<Picture>,
     /// Where the plan has a gallery.
@@ -74,19 +79,22 @@ impl Results {
         store: &Store,
         command: &str,
         cells: Vec<Cell>,
+        overall: Vec<Overall>,
         charts: Vec<Chart>,
     ) -> Results {
+        let platform = scene_cache.platform();
         Results {
             format: FORMAT,
             title: plan.title.clone(),
             command: command.into(),
             version: env!("CARGO_PKG_VERSION"),
-            platform: scene_cache.platform(),
+            date: clock::utc_now(),
             machine: json!({
-                "cpu": memory::processor(),
+                "cpu": platform.cpu,
                 "threads": rayon::current_num_threads(),
                 "os": std::env::consts::OS,
             }),
+            platform,
             baseline: plan.methods[plan.baseline].name.clone(),
             confidence: CONFIDENCE,
             scenes: (0..plan.scenes.len()).map(|k| scene(plan, scene_cache, store, k)).collect(),
@@ -94,6 +102,7 @@ impl Results {
             budgets: plan.budgets.iter().map(|b| budget(*b)).collect(),
             runs: runs(plan, store).map(run).collect(),
             cells,
+            overall,
             charts,
             images: Vec::new(),
             gallery: None,
@@ -247,7 +256,7 @@ fn number(x: f64) -> String {
     if x.is_finite() { x.to_string() } else { String::new() }
 }
 
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_string() }
 }
 

@@ -9,17 +9,28 @@ struct Mock {
     seconds: f64,
     /// Seconds at which it is told to stop.
     until: f64,
+    referred: Vec<usize>,
     prepared: Vec<usize>,
     made: Vec<Slot>,
 }
 
 impl Mock {
     fn new(until: f64) -> Mock {
-        Mock { seconds: 0.0, until, prepared: vec![], made: vec![] }
+        Mock { seconds: 0.0, until, referred: vec![], prepared: vec![], made: vec![] }
     }
 }
 
 impl Executor for Mock {
+    fn reference(&mut self, scene: usize, _: &mut Store) -> Result<bool> {
+        assert!(self.made.is_empty(), "references come before all runs");
+        self.referred.push(scene);
+        Ok(true)
+    }
+
+    fn pace(&self, _: usize, _: usize) -> Option<f64> {
+        None
+    }
+
     fn prepare(&mut self, scene: usize, store: &mut Store) -> Result<bool> {
         self.prepared.push(scene);
         let reference = ReferenceRecord {
@@ -47,8 +58,12 @@ impl Executor for Mock {
 struct Silent(Vec<usize>);
 
 impl Watcher for Silent {
-    fn after(&mut self, _: &Run, done: usize, all: usize) {
-        assert_eq!(all, 24);
+    fn before(&mut self, _: usize, seconds: Option<f64>) {
+        assert!(seconds.is_some_and(|seconds| seconds > 0.0));
+    }
+
+    fn after(&mut self, _: &Run, done: usize, all: usize, seconds: Option<f64>) {
+        assert_eq!((all, seconds.is_some()), (24, true));
         self.0.push(done);
     }
 }
@@ -64,7 +79,7 @@ fn go(path: &Path, until: f64) -> (bool, Mock, Store, Vec<usize>) {
 fn methods_alternate_and_each_scene_is_prepared_once() {
     let folder = tempfile::tempdir().unwrap();
     let (whole, mock, store, done) = go(&folder.path().join("runs.jsonl"), f64::INFINITY);
-    assert!(whole && mock.prepared == [0, 1] && mock.made == order(&plan()));
+    assert!(whole && mock.referred == [0, 1] && mock.prepared == [0, 1] && mock.made == order(&plan()));
     assert!(mock.made.iter().enumerate().all(|(i, slot)| slot.method == i % 2), "A B A B");
     assert_eq!(done, (1..=24).collect::<Vec<_>>());
     assert!(order(&plan()).iter().all(|slot| store.find(&plan(), slot).is_some()));

@@ -38,10 +38,24 @@ fn runs_figures_charts_and_pictures_are_written() {
     let out = here.path().join("compare-out");
     assert_eq!(
         names(&out),
-        ["charts", "images", "references", "report.html", "results.csv", "results.json", "runs.jsonl"]
+        [
+            "cells.csv",
+            "charts",
+            "images",
+            "overall.csv",
+            "references",
+            "report.html",
+            "results.csv",
+            "results.json",
+            "runs.jsonl",
+            "table.tex"
+        ]
     );
     assert_eq!(names(&out.join("images")), ["cornell_grid.exr", "cornell_none.exr"]);
-    assert_eq!(names(&out.join("charts")).len(), 12);
+    assert_eq!(names(&out.join("charts")).len(), 18, "six charts, each as SVG, PNG and PDF");
+    check_stamps(&out.join("charts"));
+    assert_eq!(std::fs::read_to_string(out.join("cells.csv")).unwrap().lines().count(), 5);
+    assert_eq!(std::fs::read_to_string(out.join("overall.csv")).unwrap().lines().count(), 3);
     let table = stdout(&output);
     assert!(table.contains("cornell, 2 spp\n") && table.contains("cornell, 4 spp\n"), "{table}");
     assert_eq!(table.lines().filter(|line| line.starts_with("  grid ")).count(), 2, "{table}");
@@ -56,6 +70,15 @@ fn runs_figures_charts_and_pictures_are_written() {
     assert!(says_nan(&serde_json::json!({"cells": [{"z": "NaN"}]})));
 }
 
+/// Every chart says what it was made with, whatever its form.
+fn check_stamps(charts: &Path) {
+    let stamp = |text: &str| ["Phototaxis ", "Embree ", "compiled for "].iter().all(|part| text.contains(part));
+    let path = |extension: &str| charts.join(format!("efficiency-cornell.{extension}"));
+    assert!(stamp(&std::fs::read_to_string(path("svg")).unwrap()));
+    assert!(stamp(&phototaxis::image::png::text(&path("png"), "Comment").unwrap()));
+    assert!(stamp(&String::from_utf8_lossy(&std::fs::read(path("pdf")).unwrap())));
+}
+
 /// Whether a number became a text that is none. Pictures are Base64, in which those three letters come up by chance.
 fn says_nan(value: &Value) -> bool {
     match value {
@@ -68,6 +91,15 @@ fn says_nan(value: &Value) -> bool {
 
 fn check_head(results: &Value) {
     assert_eq!((&results["format"], &results["baseline"]), (&2.into(), &"none".into()));
+    let platform = &results["platform"];
+    assert!(
+        ["version", "compiled_for", "embree", "embree_isa"].iter().all(|key| platform[key].is_string()),
+        "{platform}"
+    );
+    assert!(platform["cpu"].is_string() || platform["cpu"].is_null());
+    assert_eq!(results["date"].as_str().map(str::len), Some(20), "{}", results["date"]);
+    let over = &results["overall"][0];
+    assert_eq!((&over["method"], &over["ratio"]["scenes"]), (&"grid".into(), &1.into()));
     assert!(results["command"].as_str().unwrap().starts_with("phototaxis compare "), "{}", results["command"]);
     assert_eq!(results["methods"][1]["overrides"]["guiding.method"], "grid");
     assert_eq!(results["budgets"][0], serde_json::json!({"name": "2 spp", "wall_seconds": null, "spp": 2}));
@@ -170,6 +202,44 @@ fn a_reference_that_is_too_noisy_is_refused() {
     let output = command.args(strict).assert().code(1).get_output().clone();
     assert!(stderr(&output).contains("--allow-noisy-reference"), "{}", stderr(&output));
     assert_eq!(names(&here.path().join("compare-out/references")).len(), 1, "what was rendered is kept");
+    let log = std::fs::read_to_string(here.path().join("compare-out/runs.jsonl")).unwrap();
+    assert_eq!(log.lines().count(), 1, "no run was made before: {log}");
+    assert!(stderr(&output).contains("--reference-time "), "the time that would do: {}", stderr(&output));
+}
+
+#[test]
+fn a_reference_that_is_no_picture_of_the_scene_is_refused() {
+    let here = folder();
+    let size = ["--set", "film.width=32", "--set", "film.height=24"];
+    let render = |more: &[&str], name: &str| {
+        let mut command = phototaxis(here.path());
+        command.arg("render").arg(scene("cornell.toml")).args(size).args(["--spp", "64", "-q", "-o", name]).args(more);
+        command.assert().code(0);
+    };
+    render(&[], "good.exr");
+    // the camera turned about its axis: upside down, and left is right
+    render(&["--set", "camera.up=[0, -1, 0]"], "turned.exr");
+    render(&["--set", "camera.vfov=100"], "wide.exr");
+    let compare = |reference: &str, code: i32| {
+        let mut command = phototaxis(here.path());
+        command.arg("compare").arg(scene("cornell.toml")).args(size).args([
+            "--methods",
+            "none",
+            "--spp",
+            "32",
+            "--runs",
+            "1",
+        ]);
+        command.args(["--allow-noisy-reference", "--reference", reference, "-o", reference.trim_end_matches(".exr")]);
+        stderr(&command.assert().code(code).get_output().clone())
+    };
+    let said = compare("good.exr", 0);
+    assert!(said.contains("to do: 1 runs, whose time pilot runs will tell"), "{said}");
+    assert!(said.contains("the references are there; 1 runs take "), "{said}");
+    let said = compare("turned.exr", 1);
+    assert!(said.contains("turned.exr") && said.contains("turned by 180 degrees"), "{said}");
+    let said = compare("wide.exr", 1);
+    assert!(said.contains("this is no reference of cornell"), "{said}");
 }
 
 #[test]

@@ -11,6 +11,7 @@ use crate::cli::choices::Machine;
 use crate::cli::render::warn;
 use crate::format;
 use crate::format::SceneFile;
+use crate::platform::busy;
 use crate::scene::Scene;
 use anyhow::Result;
 use clap::{Args, Subcommand};
@@ -38,6 +39,7 @@ enum Bench {
 }
 
 pub(crate) fn run(arguments: &BenchArguments) -> Result<ExitCode> {
+    busy().iter().for_each(|why| eprintln!("warning: {why}"));
     match &arguments.command {
         Bench::Rays(arguments) => rays::run(arguments)?,
         Bench::Render(arguments) => render::run(arguments)?,

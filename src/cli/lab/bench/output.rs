@@ -1,7 +1,9 @@
 //! Figures as a table, as JSON and as a chart.
 
 use crate::cli::output::{check_writable, write_json};
+use crate::draw::svg::Svg;
 use crate::io::atomic::write_atomically;
+use crate::io::clock;
 use crate::platform::Platform;
 use crate::stats::{Median, median::confidence};
 use anyhow::{Result, bail};
@@ -31,6 +33,8 @@ struct Head<'a, T> {
     schema: u32,
     phototaxis: &'static str,
     platform: Platform,
+    /// When it was written, in UTC.
+    date: String,
     bench: &'static str,
     subject: String,
     threads: usize,
@@ -77,10 +81,12 @@ impl Output {
         let subject = subject.display().to_string();
         let (phototaxis, confidence) = (env!("CARGO_PKG_VERSION"), confidence(turns));
         let platform = Platform::here()?;
-        let head = Head { schema: SCHEMA, phototaxis, platform, bench, subject, threads, turns, confidence, figures };
+        let date = clock::utc_now();
+        let head =
+            Head { schema: SCHEMA, phototaxis, platform, date, bench, subject, threads, turns, confidence, figures };
         if self.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
             let platform = &head.platform;
-            crate::cli::print(&format!("phototaxis {}, {}", platform.summary(), platform.packets()))?;
+            crate::cli::print(&format!("{}, {}", platform.stamp(), platform.packets()))?;
             platform.advice().iter().try_for_each(|advice| crate::cli::print(advice))?;
             tables.iter().try_for_each(Table::print)?;
         }
@@ -88,6 +94,7 @@ impl Output {
             write_json(path, &head)?;
         }
         if let Some((path, chart)) = self.svg.as_ref().zip(chart) {
+            let chart = Svg::with_metadata(&chart, &head.platform.stamp());
             write_atomically(path, |file| file.write_all(chart.as_bytes()))?;
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 use crate::cli::progress::{Bar, say};
 use crate::lab::compare::executor::Event;
+use crate::lab::compare::forecast::said;
 use crate::lab::compare::record::Run;
 use crate::lab::compare::schedule::Watcher;
 use std::cell::RefCell;
@@ -42,15 +43,24 @@ impl Screen {
 }
 
 impl Watcher for &Screen {
-    fn after(&mut self, run: &Run, done: usize, all: usize) {
+    fn before(&mut self, all: usize, seconds: Option<f64>) {
+        if !self.quiet {
+            let takes = seconds.map_or("a time that the first of them will tell".into(), said);
+            say(&format!("the references are there; {all} runs take {takes}"));
+        }
+    }
+
+    fn after(&mut self, run: &Run, done: usize, all: usize, seconds: Option<f64>) {
         if let Some((_, bar)) = self.now.borrow_mut().take() {
             bar.finish();
         }
         if !self.quiet {
             let Run { scene, method, budget, seed, samples, wall_seconds, errors, .. } = run;
             let relmse = errors.relmse;
+            let left = seconds.filter(|_| done < all).map_or(String::new(), |s| format!("; {} left", said(s)));
             say(&format!(
-                "[{done}/{all}] {scene}: {method}, {budget}, seed {seed}: {samples} spp in {wall_seconds:.2} s, relMSE {relmse:.3e}"
+                "[{done}/{all}] {scene}: {method}, {budget}, seed {seed}: {samples} spp in {wall_seconds:.2} s, relMSE \
+                 {relmse:.3e}{left}"
             ));
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::lab::compare::bias::ALARM;
 use crate::lab::compare::cell::{Cell, Mean, Ratio};
+use crate::lab::compare::overall::Overall;
 use crate::lab::compare::plan::Plan;
 use crate::lab::compare::record::{ReferenceRecord, Source};
 use crate::lab::compare::store::Store;
@@ -21,7 +22,7 @@ const HEADINGS: [&str; 11] = [
 ];
 
 /// The lines of it: the cells, scene by scene and budget by budget, and what they were compared with.
-pub(crate) fn lines(plan: &Plan, store: &Store, cells: &[Cell]) -> Vec<String> {
+pub(crate) fn lines(plan: &Plan, store: &Store, cells: &[Cell], overall: &[Overall]) -> Vec<String> {
     let mut lines = Vec::new();
     for entry in &plan.scenes {
         let scene = entry.name();
@@ -37,9 +38,28 @@ pub(crate) fn lines(plan: &Plan, store: &Store, cells: &[Cell]) -> Vec<String> {
             lines.push(format!("{scene}: {}", told(reference)));
         }
     }
+    lines.extend(overall.iter().filter(|o| o.ratio.scenes > 1).map(over_scenes));
     let baseline = &plan.methods[plan.baseline].name;
     lines.push(format!("efficiency: 1/(relMSE × seconds), that of {baseline} = 1; bias: p below {ALARM} is marked *"));
     lines
+}
+
+/// The geometric mean, and how much scenes differ.
+fn over_scenes(o: &Overall) -> String {
+    let mean = &o.ratio;
+    let [least, most] = [&mean.least, &mean.most]
+        .map(|end| end.as_ref().map_or("-".into(), |e| format!("{:.2} ({})", e.value, e.scene)));
+    let spread = mean.spread.map_or("-".into(), |s| format!("{s:.2}"));
+    let missing =
+        if mean.left_out.is_empty() { String::new() } else { format!("; without {}", mean.left_out.join(", ")) };
+    format!(
+        "{}, {}: geometric mean of the efficiency over {} scenes {}; from scene to scene a factor of {spread}, from {least} to \
+         {most}{missing}",
+        o.budget,
+        o.method,
+        mean.scenes,
+        ratio(mean.ratio)
+    )
 }
 
 fn row(cell: &Cell) -> [String; 11] {

@@ -1,10 +1,11 @@
 //! Bars to either side of 1.
 
-use super::Style;
-use super::axis::{Axis, short};
+use super::plot::NARROW;
 use super::plot::cut;
 use super::rows::{BOTTOM, FIGURES, Frame, ROW, TOP, WIDTH};
-use super::svg::{Anchor, FAINT, INK, Svg};
+use super::{Size, Style};
+use crate::draw::{Anchor, FAINT, INK, Svg, wrapped};
+use crate::draw::{Axis, short};
 
 /// A bar, or a heading above some.
 pub(crate) enum Row {
@@ -13,7 +14,7 @@ pub(crate) enum Row {
 }
 
 /// Horizontal bars over a logarithmic axis; `None` where there is none to show.
-pub(crate) fn bars(title: &str, note: &str, label: &str, rows: &[Row]) -> Option<String> {
+pub(crate) fn bars(size: Size, title: &str, note: &str, label: &str, rows: &[Row]) -> Option<String> {
     let values = rows.iter().filter_map(|row| match row {
         Row::Heading(_) => None,
         Row::Bar { value, interval, .. } => Some((*value, *interval)),
@@ -28,14 +29,40 @@ pub(crate) fn bars(title: &str, note: &str, label: &str, rows: &[Row]) -> Option
     }
     let axis = Axis::logarithmic(all.into_iter().chain([1.0]))?;
     let letters = rows.iter().map(|r| matches!(r, Row::Bar { .. }).then(|| r.letters()).unwrap_or(0)).max()?;
-    let frame = Frame { axis, left: 40.0 + 6.6 * letters as f64, top: TOP, bottom: TOP + ROW * rows.len() as f64 };
-    let mut svg = Svg::card(WIDTH, frame.bottom + BOTTOM, title);
-    svg.text((16.0, 27.0), 16.0, INK, Anchor::Start, title);
-    svg.text((16.0, 46.0), 11.5, FAINT, Anchor::Start, note);
+    let frame = match size {
+        Size::Wide => Frame {
+            axis,
+            left: 40.0 + 6.6 * letters as f64,
+            right: WIDTH - FIGURES,
+            top: TOP,
+            bottom: TOP + ROW * rows.len() as f64,
+        },
+        Size::Narrow => {
+            let top = TOP + 14.0 * (wrapped(note, 54).len() - 1) as f64;
+            Frame { axis, left: 16.0, right: NARROW - 16.0, top, bottom: top + rows.iter().map(tall).sum::<f64>() }
+        }
+    };
+    let width = if size == Size::Wide { WIDTH } else { NARROW };
+    let mut svg = Svg::card(width, frame.bottom + BOTTOM, title);
+    svg.text((16.0, 27.0), if size == Size::Wide { 16.0 } else { 14.0 }, INK, Anchor::Start, title);
+    for (k, line) in wrapped(note, if size == Size::Wide { 200 } else { 54 }).iter().enumerate() {
+        svg.text((16.0, 46.0 + 14.0 * k as f64), 11.5, FAINT, Anchor::Start, line);
+    }
     frame.axis(&mut svg, label);
-    frame.one(&mut svg);
-    rows.iter().enumerate().for_each(|(k, row)| frame.bar_row(&mut svg, TOP + ROW * k as f64, row));
+    if size == Size::Wide {
+        frame.one(&mut svg, frame.top, frame.bottom);
+    }
+    let mut y = frame.top;
+    for row in rows {
+        frame.bar_row(&mut svg, size, y, row);
+        y += if size == Size::Wide { ROW } else { tall(row) };
+    }
     Some(svg.finish())
+}
+
+/// Height of a row on a phone, where a bar's name and figures stand above it.
+fn tall(row: &Row) -> f64 {
+    if matches!(row, Row::Heading(_)) { ROW } else { 2.0 * ROW - 6.0 }
 }
 
 impl Row {
@@ -48,21 +75,31 @@ impl Row {
 
 impl Frame {
     /// Where efficiencies are equal.
-    fn one(&self, svg: &mut Svg) {
+    fn one(&self, svg: &mut Svg, top: f64, bottom: f64) {
         let one = self.at(1.0);
-        svg.line((one, self.top), (one, self.bottom), FAINT, 1.5, "");
+        svg.line((one, top), (one, bottom), FAINT, 1.5, "");
     }
 
-    fn bar_row(&self, svg: &mut Svg, y: f64, row: &Row) {
-        let middle = y + 0.5 * ROW;
+    fn bar_row(&self, svg: &mut Svg, size: Size, y: f64, row: &Row) {
+        let first = y + 0.5 * ROW;
         let (name, style, value, interval) = match row {
             Row::Heading(text) => {
-                svg.text((16.0, middle + 5.0), 12.5, INK, Anchor::Start, text);
+                svg.text((16.0, first + 5.0), 12.5, INK, Anchor::Start, text);
                 return;
             }
             Row::Bar { name, style, value, interval } => (name, style, *value, *interval),
         };
-        svg.text((self.left - 10.0, middle + 4.0), 12.0, INK, Anchor::End, &cut(name));
+        // on a phone the bar is in a line of its own, below its name
+        let below = if size == Size::Wide { 0.0 } else { ROW - 6.0 };
+        let (y, middle) = (y + below, first + below);
+        match size {
+            Size::Wide => svg.text((self.left - 10.0, middle + 4.0), 12.0, INK, Anchor::End, &cut(name)),
+            Size::Narrow => svg.text((self.left, first + 6.0), 12.0, INK, Anchor::Start, &cut(name)),
+        }
+        if size == Size::Narrow {
+            // not through the figures above
+            self.one(svg, y, y + ROW);
+        }
         let (from, to) = (self.at(value.min(1.0)), self.at(value.max(1.0)));
         svg.bar((from, y + 4.0), ((to - from).max(1.0), ROW - 8.0), style.color);
         let mut figures = format!("{} ×", short(value));
@@ -74,6 +111,9 @@ impl Frame {
             }
             figures += &format!("  [{}, {}]", short(low), short(high));
         }
-        svg.text((WIDTH - FIGURES + 12.0, middle + 4.0), 11.5, INK, Anchor::Start, &figures);
+        match size {
+            Size::Wide => svg.text((self.right + 12.0, middle + 4.0), 11.5, INK, Anchor::Start, &figures),
+            Size::Narrow => svg.text((self.right, first + 6.0), 11.5, INK, Anchor::End, &figures),
+        }
     }
 }

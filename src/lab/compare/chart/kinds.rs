@@ -2,15 +2,16 @@
 
 use super::bars::{Row, bars};
 use super::plot::{Labels, Point, Series, plot};
-use super::{Chart, style};
+use super::{Chart, Size, style};
 use crate::lab::compare::cell::{Cell, Mean};
+use crate::lab::compare::overall::Overall;
 use crate::lab::compare::plan::{Plan, file_stem};
 use crate::lab::compare::record::Run;
 use crate::lab::compare::schedule::order;
 use crate::lab::compare::store::Store;
 
 const ERROR: &str = "relMSE (all pixels)";
-const BAND: &str = "Means over runs; bands and strokes: 95 % intervals (Student's t)";
+const BAND: &str = "Means over runs; bands and strokes: 95 % intervals (Student's t of the logarithm)";
 /// Rows of bars that a chart shows at most before it keeps to the largest budget.
 const MOST_ROWS: usize = 48;
 
@@ -27,14 +28,40 @@ pub(super) fn of_scene(plan: &Plan, store: &Store, index: usize, name: &str, cel
     ];
     let chart = |(kind, title, draw): (&'static str, &str, Draw)| {
         let title = format!("{title}: {name}");
-        let svg = draw(&title)?;
-        Some(Chart { id: format!("{kind}-{}", file_stem(name)), scene: Some(name.into()), title, kind, svg })
+        let (svg, narrow) = (draw(&title, Size::Wide)?, draw(&title, Size::Narrow)?);
+        Some(Chart { id: format!("{kind}-{}", file_stem(name)), scene: Some(name.into()), title, kind, svg, narrow })
     };
     kinds.into_iter().filter_map(chart).collect()
 }
 
+/// The chart of all scenes together, where there are two or more.
+pub(super) fn of_all(plan: &Plan, overall: &[Overall]) -> Option<Chart> {
+    let mut rows = Vec::new();
+    for budget in plan.budgets.iter().map(|budget| budget.name()) {
+        let here = overall.iter().filter(|o| o.budget == budget && o.ratio.scenes > 1);
+        let bars: Vec<Row> = here.filter_map(|o| mean_bar(plan, o)).collect();
+        if !bars.is_empty() {
+            rows.push(Row::Heading(budget));
+            rows.extend(bars);
+        }
+    }
+    let title = "Efficiency: geometric means over scenes".to_string();
+    let note = "Strokes: 95 % intervals by the runs' spread, for these scenes";
+    let label = format!("1 / (relMSE · seconds), that of {} = 1", plan.methods[plan.baseline].name);
+    let draw = |size| bars(size, &title, note, &label, &rows);
+    let (svg, narrow) = (draw(Size::Wide)?, draw(Size::Narrow)?);
+    Some(Chart { id: "efficiency-all".into(), scene: None, title, kind: "efficiency", svg, narrow })
+}
+
+fn mean_bar(plan: &Plan, overall: &Overall) -> Option<Row> {
+    let method = plan.methods.iter().position(|m| m.name == overall.method)?;
+    let r = overall.ratio.ratio;
+    let interval = r.low.zip(r.high);
+    Some(Row::Bar { name: overall.method.clone(), style: style(method), value: r.value?, interval })
+}
+
 /// Draws a chart with the title it is given, where there is something to see.
-type Draw<'a> = Box<dyn FnOnce(&str) -> Option<String> + 'a>;
+type Draw<'a> = Box<dyn Fn(&str, Size) -> Option<String> + 'a>;
 
 struct View<'a> {
     plan: &'a Plan,
@@ -63,7 +90,7 @@ impl<'a> View<'a> {
 
     fn error(&self, x: fn(&Cell) -> Mean, label: &'a str) -> Draw<'a> {
         let series = self.series(|c| Some(Point::new(x(c).mean?, positive(c.relmse)?, ends(c.relmse))), true);
-        Box::new(move |title| plot(&Labels { title, note: BAND, x: label, y: ERROR }, &series, true))
+        Box::new(move |title, size| plot(size, &Labels { title, note: BAND, x: label, y: ERROR }, &series, true))
     }
 
     /// Methods without a guide are a level line, at the error of their largest budget.
@@ -79,7 +106,9 @@ impl<'a> View<'a> {
             }
         }
         let note = "Points of a method: its budgets, the largest last; dashed level: no guide, at the largest budget";
-        Box::new(move |title| plot(&Labels { title, note, x: "Memory of the guide [MiB]", y: ERROR }, &series, true))
+        Box::new(move |title, size| {
+            plot(size, &Labels { title, note, x: "Memory of the guide [MiB]", y: ERROR }, &series, true)
+        })
     }
 
     /// A cell is on the front if no other is at least as good in error, time and memory, and better in one of them.
@@ -98,8 +127,8 @@ impl<'a> View<'a> {
         let note = format!(
             "Filled: on the Pareto front of all three; size of discs: the guide's memory, the largest {mib:.2} MiB"
         );
-        Box::new(move |title| {
-            plot(&Labels { title, note: &note, x: "Wall time [s], learning included", y: ERROR }, &series, true)
+        Box::new(move |title, size| {
+            plot(size, &Labels { title, note: &note, x: "Wall time [s], learning included", y: ERROR }, &series, true)
         })
     }
 
@@ -120,7 +149,9 @@ impl<'a> View<'a> {
         }
         let baseline = &self.plan.methods[self.plan.baseline].name;
         let label = format!("1 / (relMSE · seconds), that of {baseline} = 1");
-        Box::new(move |title| bars(title, "Ratios of means over runs; strokes: 95 % intervals", &label, &rows))
+        Box::new(move |title, size| {
+            bars(size, title, "Ratios of means over runs; strokes: 95 % intervals", &label, &rows)
+        })
     }
 }
 
@@ -152,7 +183,7 @@ fn path_lengths<'a>(plan: &'a Plan, store: &'a Store, scene: usize) -> Draw<'a> 
         .filter(|s| !s.points.is_empty())
         .collect();
     let (x, y) = ("Samples per pixel so far", "Segments of a camera path");
-    Box::new(move |title| plot(&Labels { title, note: BAND, x, y }, &series, false))
+    Box::new(move |title, size| plot(size, &Labels { title, note: BAND, x, y }, &series, false))
 }
 
 /// Iterations that all runs have.

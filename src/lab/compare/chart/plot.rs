@@ -1,17 +1,13 @@
 //! Points and lines over two axes.
 
-use super::Style;
-use super::axis::Axis;
-use super::svg::{Anchor, FAINT, GRID, INK, Svg};
+use super::{Size, Style};
+use crate::draw::Axis;
+use crate::draw::{Anchor, FAINT, GRID, INK, Svg, wrapped};
 
-/// Size of a chart, and of the part of it that the axes enclose.
-const WIDTH: f64 = 760.0;
-const HEIGHT: f64 = 440.0;
-const LEFT: f64 = 72.0;
-const TOP: f64 = 62.0;
-const BOTTOM: f64 = 58.0;
 /// Letters of a name that the legend has room for.
 const LETTERS: usize = 34;
+/// Of a chart for phones: 375 pixels less the page's margins.
+pub(super) const NARROW: f64 = 343.0;
 
 /// A point, and how sure its height is.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +44,72 @@ pub(crate) struct Labels<'a> {
     pub(crate) y: &'a str,
 }
 
+/// Where the parts of a chart are, in units of the SVG.
+struct Layout {
+    width: f64,
+    /// Of the axes' ends.
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+    /// Upper left corner of the legend.
+    legend: (f64, f64),
+    height: f64,
+    title: f64,
+    /// Lines of the title and of the note.
+    lines: (Vec<String>, Vec<String>),
+}
+
+impl Layout {
+    fn new(size: Size, labels: &Labels, series: &[Series]) -> Layout {
+        let longest = series.iter().map(|s| cut(&s.name).chars().count()).max().unwrap_or(0) as f64;
+        let rows = 20.0 * series.len() as f64;
+        match size {
+            Size::Wide => {
+                let right = 760.0 - 62.0 - 6.6 * longest;
+                let lines = (vec![labels.title.into()], vec![labels.note.into()]);
+                let (top, bottom) = (62.0, 382.0);
+                let (legend, height) = ((right + 14.0, top + 14.0), 440f64.max(top + 20.0 + rows));
+                Layout { width: 760.0, left: 72.0, right, top, bottom, legend, height, title: 16.0, lines }
+            }
+            Size::Narrow => {
+                let lines = (wrapped(labels.title, 40), wrapped(labels.note, 54));
+                let top = 30.0 + 18.0 * lines.0.len() as f64 + 14.0 * lines.1.len() as f64;
+                let bottom = top + 240.0;
+                let legend = (16.0, bottom + 66.0);
+                let height = legend.1 + rows;
+                Layout {
+                    width: NARROW,
+                    left: 62.0,
+                    right: NARROW - 14.0,
+                    top,
+                    bottom,
+                    legend,
+                    height,
+                    title: 14.0,
+                    lines,
+                }
+            }
+        }
+    }
+
+    /// Title and note.
+    fn head(&self, svg: &mut Svg) {
+        let mut y = 10.0;
+        for line in &self.lines.0 {
+            y += self.title + 1.0;
+            svg.text((16.0, y), self.title, INK, Anchor::Start, line);
+        }
+        y += 5.0;
+        for line in &self.lines.1 {
+            y += 14.0;
+            svg.text((16.0, y), 11.5, FAINT, Anchor::Start, line);
+        }
+    }
+}
+
 /// A chart, or `None` where nothing of it can be shown. The y axis is logarithmic or linear, the x axis logarithmic.
-pub(crate) fn plot(labels: &Labels, series: &[Series], logarithmic: bool) -> Option<String> {
+pub(crate) fn plot(size: Size, labels: &Labels, series: &[Series], logarithmic: bool) -> Option<String> {
     let points = || series.iter().flat_map(|s| &s.points);
     let x = Axis::logarithmic(points().map(|p| p.x))?;
     // An interval's end far below its point would squeeze all others.
@@ -57,10 +117,9 @@ pub(crate) fn plot(labels: &Labels, series: &[Series], logarithmic: bool) -> Opt
     let heights = points().flat_map(move |p| std::iter::once(p.y).chain(end(p).into_iter().flatten()));
     let heights = heights.chain(series.iter().filter_map(|s| s.level));
     let y = if logarithmic { Axis::logarithmic(heights) } else { Axis::linear(heights) }?;
-    let longest = series.iter().map(|s| s.name.chars().count().min(LETTERS)).max().unwrap_or(0);
-    let frame = Frame { x, y, right: WIDTH - 62.0 - 6.6 * longest as f64 };
-    let height = HEIGHT.max(TOP + 20.0 + 20.0 * series.len() as f64);
-    let mut svg = Svg::card(WIDTH, height, labels.title);
+    let frame = Frame { x, y, layout: Layout::new(size, labels, series) };
+    let mut svg = Svg::card(frame.layout.width, frame.layout.height, labels.title);
+    frame.layout.head(&mut svg);
     frame.axes(&mut svg, labels);
     series.iter().for_each(|s| frame.band(&mut svg, s));
     series.iter().for_each(|s| frame.line(&mut svg, s));
@@ -71,31 +130,30 @@ pub(crate) fn plot(labels: &Labels, series: &[Series], logarithmic: bool) -> Opt
 struct Frame {
     x: Axis,
     y: Axis,
-    right: f64,
+    layout: Layout,
 }
 
 impl Frame {
     fn at(&self, x: f64, y: f64) -> (f64, f64) {
-        (LEFT + self.x.place(x) * (self.right - LEFT), HEIGHT - BOTTOM - self.y.place(y) * (HEIGHT - BOTTOM - TOP))
+        let Layout { left, right, top, bottom, .. } = self.layout;
+        (left + self.x.place(x) * (right - left), bottom - self.y.place(y) * (bottom - top))
     }
 
     fn axes(&self, svg: &mut Svg, labels: &Labels) {
-        svg.text((16.0, 27.0), 16.0, INK, Anchor::Start, labels.title);
-        svg.text((16.0, 46.0), 11.5, FAINT, Anchor::Start, labels.note);
+        let Layout { left, right, top, bottom, .. } = self.layout;
         for (value, text) in self.x.ticks() {
-            let x = LEFT + self.x.place(value) * (self.right - LEFT);
-            svg.line((x, TOP), (x, HEIGHT - BOTTOM), GRID, 1.0, "");
-            svg.text((x, HEIGHT - BOTTOM + 17.0), 11.5, INK, Anchor::Middle, &text);
+            let x = left + self.x.place(value) * (right - left);
+            svg.line((x, top), (x, bottom), GRID, 1.0, "");
+            svg.text((x, bottom + 17.0), 11.5, INK, Anchor::Middle, &text);
         }
         for (value, text) in self.y.ticks() {
-            let y = HEIGHT - BOTTOM - self.y.place(value) * (HEIGHT - BOTTOM - TOP);
-            svg.line((LEFT, y), (self.right, y), GRID, 1.0, "");
-            svg.text((LEFT - 8.0, y + 4.0), 11.5, INK, Anchor::End, &text);
+            let y = bottom - self.y.place(value) * (bottom - top);
+            svg.line((left, y), (right, y), GRID, 1.0, "");
+            svg.text((left - 8.0, y + 4.0), 11.5, INK, Anchor::End, &text);
         }
-        let corners = [(LEFT, TOP), (LEFT, HEIGHT - BOTTOM), (self.right, HEIGHT - BOTTOM)];
-        svg.path(&corners, FAINT, 1.0, "");
-        svg.text((0.5 * (LEFT + self.right), HEIGHT - 18.0), 12.5, INK, Anchor::Middle, labels.x);
-        svg.upwards((20.0, 0.5 * (TOP + HEIGHT - BOTTOM)), 12.5, INK, labels.y);
+        svg.path(&[(left, top), (left, bottom), (right, bottom)], FAINT, 1.0, "");
+        svg.text((0.5 * (left + right), bottom + 40.0), 12.5, INK, Anchor::Middle, labels.x);
+        svg.upwards((left - 46.0, 0.5 * (top + bottom)), 12.5, INK, labels.y);
     }
 
     /// How sure a line is; of a single point, a stroke through it.
@@ -117,7 +175,7 @@ impl Frame {
         let Style { color, dashes } = series.style;
         if let Some(level) = series.level {
             let (_, y) = self.at(1.0, level);
-            svg.line((LEFT, y), (self.right, y), color, 1.5, "5 4");
+            svg.line((self.layout.left, y), (self.layout.right, y), color, 1.5, "5 4");
         }
         if series.joined {
             let points: Vec<(f64, f64)> = series.points.iter().map(|p| self.at(p.x, p.y)).collect();
@@ -127,7 +185,7 @@ impl Frame {
     }
 
     fn legend(&self, svg: &mut Svg, row: usize, series: &Series) {
-        let (x, y) = (self.right + 14.0, TOP + 14.0 + 20.0 * row as f64);
+        let (x, y) = (self.layout.legend.0, self.layout.legend.1 + 20.0 * row as f64);
         let Style { color, dashes } = series.style;
         let dashes = if series.level.is_some() { "5 4" } else { dashes };
         if series.joined || series.level.is_some() {

@@ -1,7 +1,7 @@
 //! What charts of one row a thing share: their size, and the axis below the rows.
 
-use super::axis::Axis;
-use super::svg::{Anchor, GRID, INK, Svg};
+use crate::draw::Axis;
+use crate::draw::{Anchor, GRID, INK, Svg};
 
 pub(super) const WIDTH: f64 = 760.0;
 /// Above the rows, and below them.
@@ -15,6 +15,7 @@ pub(super) const FIGURES: f64 = 150.0;
 pub(super) struct Frame {
     pub(crate) axis: Axis,
     pub(crate) left: f64,
+    pub(crate) right: f64,
     pub(crate) top: f64,
     pub(crate) bottom: f64,
 }
@@ -22,7 +23,7 @@ pub(super) struct Frame {
 impl Frame {
     /// Where a value lies.
     pub(crate) fn at(&self, value: f64) -> f64 {
-        self.left + self.axis.place(value) * (WIDTH - FIGURES - self.left)
+        self.left + self.axis.place(value) * (self.right - self.left)
     }
 
     pub(crate) fn axis(&self, svg: &mut Svg, label: &str) {
@@ -31,6 +32,6 @@ impl Frame {
             svg.line((x, self.top), (x, self.bottom), GRID, 1.0, "");
             svg.text((x, self.bottom + 17.0), 11.5, INK, Anchor::Middle, &text);
         }
-        svg.text((0.5 * (self.left + WIDTH - FIGURES), self.bottom + 40.0), 12.5, INK, Anchor::Middle, label);
+        svg.text((0.5 * (self.left + self.right), self.bottom + 40.0), 12.5, INK, Anchor::Middle, label);
     }
 }

@@ -1,10 +1,10 @@
 //! Bars from zero, in one part or in several.
 
-use super::COLORS;
-use super::axis::Axis;
 use super::plot::cut;
 use super::rows::{BOTTOM, FIGURES, Frame, ROW, TOP, WIDTH};
-use super::svg::{Anchor, FAINT, INK, Svg};
+use crate::draw::Axis;
+use crate::draw::COLORS;
+use crate::draw::{Anchor, FAINT, INK, Svg};
 
 const LEGEND: f64 = 24.0;
 /// Of parts beyond the list of colours.
@@ -36,7 +36,8 @@ pub(crate) fn stacks(sheet: &Sheet, rows: &[Stack]) -> Option<String> {
     let axis = Axis::from_zero(rows.iter().map(end))?;
     let letters = rows.iter().filter(|row| !row.parts.is_empty()).map(|row| cut(&row.name).chars().count()).max()?;
     let top = TOP + if sheet.parts.is_empty() { 0.0 } else { LEGEND };
-    let frame = Frame { axis, left: 40.0 + 6.6 * letters as f64, top, bottom: top + ROW * rows.len() as f64 };
+    let (left, bottom) = (40.0 + 6.6 * letters as f64, top + ROW * rows.len() as f64);
+    let frame = Frame { axis, left, right: WIDTH - FIGURES, top, bottom };
     let mut svg = Svg::card(WIDTH, frame.bottom + BOTTOM, sheet.title);
     svg.text((16.0, 27.0), 16.0, INK, Anchor::Start, sheet.title);
     svg.text((16.0, 46.0), 11.5, FAINT, Anchor::Start, sheet.note);

@@ -2,12 +2,13 @@
 
 use super::{Event, RenderExecutor, picture};
 use crate::integrator::SamplerKind;
+use crate::lab::compare::likeness::unlike;
 use crate::lab::compare::measure;
 use crate::lab::compare::plan::Budget;
 use crate::lab::compare::reference::{self, Growing, Growth, SEEDS};
 use crate::lab::compare::scene_cache::settings;
 use crate::lab::compare::store::Store;
-use crate::render::Progress;
+use crate::render::{Progress, Rendering};
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -17,6 +18,9 @@ const PILOT_SEEDS: u64 = 1 << 61;
 /// Share of the largest budget that a pilot run takes, and its samples per pixel at least: fewer say little of the noise.
 const PILOT_SHARE: f64 = 0.125;
 const PILOT_SAMPLES: u32 = 8;
+
+/// How many times the time that a reference may take it must seem to need, to be refused before that time is over.
+const PATIENCE: f64 = 2.0;
 
 /// Even samples have less noise than they tell one by one. By this factor less was measured with 64 samples per pixel.
 const EVEN: f64 = 0.5;
@@ -36,7 +40,9 @@ impl RenderExecutor<'_> {
         let found = Growing::find(&path, loaded)?;
         let mut observer =
             |progress: &Progress| (self.listener)(Event::Reference { scene: &name, wanted, progress: *progress });
-        let growth = Growth { wanted, time: self.plan.reference_time, stop: self.stop, observer: &mut observer };
+        let time = self.plan.reference_time;
+        let patience = (!self.allow_noisy).then_some(PATIENCE * time);
+        let growth = Growth { wanted, time, patience, stop: self.stop, observer: &mut observer };
         let Some(grown) = Growing::grow(found, loaded, description, growth) else { return Ok(false) };
         grown.write(&path, loaded, SEEDS)?;
         if self.stop.is_asked() {
@@ -46,7 +52,6 @@ impl RenderExecutor<'_> {
             return Err(self.too_noisy(&name, grown.noise(), wanted, Some(grown.seconds_for(wanted))));
         }
         store.add_reference(&name, &grown.record(file))?;
-        self.reference = Some(grown.into_reference());
         Ok(true)
     }
 
@@ -54,6 +59,10 @@ impl RenderExecutor<'_> {
     pub(super) fn take(&mut self, scene: usize, path: &Path, store: &mut Store) -> Result<bool> {
         let reference = reference::read(path, self.scene_cache.plain(scene).0)?;
         let name = self.plan.scenes[scene].name();
+        let Some((_, pilot)) = self.pilot(scene, self.plan.baseline) else { return Ok(false) };
+        if let Some(why) = unlike(&reference.image, &picture(&pilot), &pilot.estimate.variance) {
+            return Err(Error::file(path, format!("this is no reference of {name}: {why}")));
+        }
         if let Some(noise) = reference.noise().filter(|_| !self.allow_noisy) {
             let Some(smallest) = self.smallest_error(scene) else { return Ok(false) };
             let wanted = self.plan.reference_noise * smallest;
@@ -62,7 +71,6 @@ impl RenderExecutor<'_> {
             }
         }
         store.add_reference(&name, &reference::record_of_file(path, &reference))?;
-        self.reference = Some(reference);
         Ok(true)
     }
 
@@ -80,14 +88,14 @@ impl RenderExecutor<'_> {
     fn smallest_error(&mut self, scene: usize) -> Option<f64> {
         let mut smallest = f64::INFINITY;
         for method in 0..self.plan.methods.len() {
-            let error = self.pilot(scene, method)?;
+            let (error, _) = self.pilot(scene, method)?;
             smallest = if error > 0.0 { smallest.min(error) } else { smallest };
         }
         Some(if smallest.is_finite() { smallest } else { 0.0 })
     }
 
-    /// What a short run promises for the largest budget.
-    fn pilot(&mut self, scene: usize, method: usize) -> Option<f64> {
+    /// What a short run promises for the largest budget, and the run.
+    fn pilot(&mut self, scene: usize, method: usize) -> Option<(f64, Rendering)> {
         let (plan, scene_cache) = (self.plan, self.scene_cache);
         let (loaded, description) = scene_cache.with_method(scene, method);
         let largest = plan.budgets[plan.budgets.len() - 1];
@@ -106,6 +114,7 @@ impl RenderExecutor<'_> {
             self.limits.set((scene, method), loaded, &mut settings, Budget::Samples(PILOT_SAMPLES), None);
             rendering = self.render(loaded, &settings, event)?;
         }
+        self.pace.insert((scene, method), rendering.wall_seconds / f64::from(rendering.samples.max(1)));
         let share = match (cap, largest) {
             (Some(cap), _) => f64::from(rendering.samples) / f64::from(cap),
             (None, Budget::Seconds(seconds)) => rendering.wall_seconds / seconds,
@@ -113,6 +122,7 @@ impl RenderExecutor<'_> {
         };
         let learnt = if rendering.guide.is_some() { LEARNT } else { 1.0 };
         let even = if settings.render.sampler == SamplerKind::Independent { 1.0 } else { EVEN };
-        Some(even * learnt * share * measure::relative_noise(&picture(&rendering), &rendering.estimate.variance))
+        let noise = measure::relative_noise(&picture(&rendering), &rendering.estimate.variance);
+        Some((even * learnt * share * noise, rendering))
     }
 }

@@ -1,16 +1,23 @@
-// The charts, by scene. Each stands in a shadow tree, so that ids within one drawing mean nothing to another.
+// The charts, by scene. Each stands in a shadow tree, so that ids within one drawing mean nothing to another. What is drawn has a class
+// for its colour, and the page says which colour that is on light and on dark paper.
 
-function drawing(svg) {
+const inks = ['ink', 'faint', 'grid', 'paper', 'm0', 'm1', 'm2', 'm3', 'm4', 'm5', 'm6', 'm7'];
+
+const inkRules = inks.map(name => `.f-${name} { fill: var(--chart-${name}); } .s-${name} { stroke: var(--chart-${name}); }`);
+
+function drawing(svg, size) {
   const parsed = new DOMParser().parseFromString(svg, 'image/svg+xml').documentElement;
   if (parsed.localName !== 'svg') return el('p', null, 'This chart cannot be read.');
-  const host = el('div', { class: 'drawing' });
-  const style = el('style', null, 'svg { display: block; width: 100%; height: auto; }');
+  const host = el('div', { class: `drawing ${size}` });
+  const style = el('style', null, 'svg { display: block; width: 100%; height: auto; }', inkRules.join(' '));
   host.attachShadow({ mode: 'open' }).append(style, document.importNode(parsed, true));
   return host;
 }
 
-function chart({ id, title, svg }) {
-  return el('figure', { class: 'chart', id: `chart-${id}`, 'aria-label': title }, drawing(svg));
+/** Wide, and for phones a narrow one in its place. */
+function chart({ id, title, svg, narrow }) {
+  return el('figure', { class: 'chart', id: `chart-${id}`, 'aria-label': title }, drawing(svg, 'wide'),
+    drawing(narrow ?? svg, 'narrow'));
 }
 
 function showCharts() {

@@ -28,6 +28,20 @@ function matrixCell(scene, method) {
     flags(cell).map(flag => el('strong', { class: 'flag' }, flag)));
 }
 
+/** The geometric means, below the scenes. */
+function meanRow() {
+  const cell = method => {
+    const mean = overallOf(method, matrix.budget)?.[matrix.trimmed ? 'ratio_trimmed' : 'ratio'];
+    if (!mean || mean.scenes < 2) return el('td', { class: 'undecided' }, method === results.baseline ? '1' : UNDEFINED);
+    const sure = verdict(mean);
+    const coloured = ['better', 'worse'].includes(sure);
+    return el('td', coloured ? { class: sure, style: `--strength: ${strength(mean.value)}` } : { class: 'undecided' },
+      el('span', { class: 'ratio' }, times(mean.value)), hasInterval(mean) ? el('span', null, interval(mean)) : null,
+      el('span', { class: 'errors' }, `scenes differ by ${times(mean.spread)}`));
+  };
+  return el('tr', null, el('th', { scope: 'row' }, 'geometric mean'), methodNames.map(cell));
+}
+
 function drawMatrix() {
   const head = method => el('th', { scope: 'col' }, method);
   const row = scene => el('tr', null, el('th', { scope: 'row' }, scene), methodNames.map(m => matrixCell(scene, m)));
@@ -36,7 +50,8 @@ function drawMatrix() {
     + ` with ${confidence} intervals; below it the median and the worst relMSE of the runs.`;
   byId('matrix-box').replaceChildren(el('table', { class: 'matrix', 'aria-describedby': 'matrix-says' },
     el('thead', null, el('tr', null, el('td'), methodNames.map(head))),
-    el('tbody', null, sceneNames.map(row))));
+    el('tbody', null, sceneNames.map(row)),
+    ...(results.overall ? [el('tfoot', null, meanRow())] : [])));
 }
 
 function swatch(log) {

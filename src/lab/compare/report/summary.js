@@ -22,6 +22,17 @@ function sceneLine(scene, budget) {
   return el('li', null, el('strong', null, scene), `: ${all.length > 1 ? 'best ' : ''}${told(all[0])}${rest}`);
 }
 
+const overallOf = (method, budget) => (results.overall ?? []).find(o => o.method === method && o.budget === budget);
+
+/** The geometric mean over scenes, how sure it is, and apart from that how much scenes differ. */
+function overallLine({ method, ratio }) {
+  const ends = [ratio.least, ratio.most].map(end => `${times(end.value)} in ${end.scene}`).join(' to ');
+  const missing = ratio.left_out.length > 0 ? `; without ${listed(ratio.left_out)}` : '';
+  return el('li', null, el('strong', null, `${method} over ${plural(ratio.scenes, 'scene')}`),
+    `: geometric mean ${times(ratio.value)} (${interval(ratio)}, by the runs’ spread); from scene to scene it varies by a factor of`
+    + ` ${figure(ratio.spread)}, from ${ends}${missing}`);
+}
+
 /** "grid in door at 5 s and 10 s", for each scene and method that any of `found` belong to. */
 function places(found) {
   const at = new Map();
@@ -70,11 +81,16 @@ function showSummary() {
   const budget = budgetNames.at(-1);
   const { cpu, threads, os } = results.machine;
   const scenes = sceneNames.map(scene => sceneLine(scene, budget));
+  const means = others.map(method => overallOf(method, budget)).filter(mean => mean?.ratio.scenes > 1);
+  const { commit, compiled_for: built, embree, embree_isa: isa } = results.platform ?? {};
+  const made = results.platform
+    ? ` Commit ${commit ?? 'unknown'}, compiled for ${built}; Embree ${embree} with ${isa}; ${results.date}.` : '';
   byId('summary').append(
     el('p', { class: 'lead' }, opening(budget)),
+    ...(means.length > 0 ? [el('ul', null, means.map(overallLine))] : []),
     ...(scenes.length > 1 ? [el('ul', null, scenes)] : []),
     ...warnings(),
-    el('p', { class: 'soft' }, `Phototaxis ${results.version} with ${plural(threads, 'thread')} on ${cpu}, ${os}.`),
+    el('p', { class: 'soft' }, `Phototaxis ${results.version} with ${plural(threads, 'thread')} on ${cpu}, ${os}.${made}`),
     el('div', { class: 'command' }, el('code', null, results.command),
       ...copyButton('Copy command', () => results.command)),
   );
