@@ -8,7 +8,7 @@ use divan::{Bencher, black_box};
 use glam::{Quat, Vec3};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
 use phototaxis::guiding::spatial::voronoi::{Facet, Site, Voronoi, sites_by_area, sites_from_visits};
-use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, RegionId, Transition};
+use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, RegionId, ShadowOutcome, Transition};
 use phototaxis::math::rng::Rng;
 use std::collections::HashSet;
 
@@ -89,10 +89,22 @@ fn grid_guide(states: usize) -> Guide {
     let up = PackedDirection::new(Vec3::Y);
     for key in keys(&guide) {
         let (density, scattered) = (std::f32::consts::FRAC_1_PI, 1.0);
-        let (wi, normal, target, hue, rays) = (up, up, 1.0, Hue::GREY, 1);
+        let (wi, normal, target, hue, rays, shadow) = (up, up, 1.0, Hue::GREY, 1, ShadowOutcome::NONE);
         let (pdf, bsdf_pdf, guide_pdf) = (density, density, -1.0);
         (0..20).for_each(|_| {
-            recorder.push(Transition { key, wi, normal, target, hue, pdf, bsdf_pdf, guide_pdf, scattered, rays });
+            recorder.push(Transition {
+                key,
+                wi,
+                normal,
+                target,
+                hue,
+                pdf,
+                bsdf_pdf,
+                guide_pdf,
+                scattered,
+                rays,
+                shadow,
+            });
         });
     }
     guide.learn(&[&recorder]);

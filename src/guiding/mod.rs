@@ -30,6 +30,7 @@ pub mod spatial;
 mod state;
 mod store;
 mod update_job;
+mod visibility;
 
 pub(crate) use diagnostics::{GuideStats, HistogramBin, StateView};
 pub(crate) use directional::hemitree::Node;
@@ -44,6 +45,7 @@ pub(crate) use snapshot::{RegionInfo, Snapshot};
 pub use spatial::{RegionId, RegionLookup};
 pub(crate) use state::GuideState;
 pub(crate) use update_job::UpdateJob;
+pub use visibility::ShadowOutcome;
 
 /// The frozen guide of an iteration.
 pub type Field<'a> = &'a Snapshot;

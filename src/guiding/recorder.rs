@@ -3,6 +3,7 @@
 use crate::guiding::hue::Hue;
 use crate::guiding::packed_direction::PackedDirection;
 use crate::guiding::spatial::RegionId;
+use crate::guiding::visibility::ShadowOutcome;
 use crate::math::rng::mix;
 use glam::Vec3;
 
@@ -37,6 +38,8 @@ pub struct Transition {
     pub scattered: f32,
     /// Rays that the rest of the path took, 65535 at most.
     pub rays: u16,
+    /// Of the vertex in this state. A vertex from which several directions were taken tells it with one of them.
+    pub shadow: ShadowOutcome,
 }
 
 impl Transition {

@@ -4,6 +4,7 @@ use super::bsdf_fraction::BsdfFraction;
 use super::directional::DirectionalModel;
 use super::recorder::Transition;
 use super::spatial::RegionId;
+use super::visibility::Visibility;
 use crate::math::{LUMINANCE, Rgb};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -23,6 +24,7 @@ pub struct Region<L> {
     pub met: bool,
     pub returns: ReturnMoments,
     pub fraction: BsdfFraction,
+    pub visibility: Visibility,
 }
 
 impl<L> Region<L> {
@@ -37,6 +39,7 @@ impl<L> Region<L> {
             met: true,
             returns: ReturnMoments::default(),
             fraction: BsdfFraction::at(origin),
+            visibility: Visibility::default(),
         }
     }
 
@@ -47,6 +50,7 @@ impl<L> Region<L> {
         self.fresh += 1.0;
         self.met = true;
         self.returns.add(transition);
+        self.visibility.add(transition.shadow);
         let Transition { bsdf_pdf, guide_pdf, .. } = *transition;
         self.fraction.learn(transition.contribution(), bsdf_pdf, guide_pdf, origin);
     }
@@ -56,6 +60,7 @@ impl<L> Region<L> {
         model.decay(&mut self.directions, share);
         self.visits *= share;
         self.returns.weight *= share;
+        self.visibility.decay(share);
     }
 
     /// Begins an iteration.
@@ -82,6 +87,7 @@ impl<L> Region<L> {
             && amount(self.visits)
             && amount(self.fresh)
             && self.fraction.is_sound()
+            && self.visibility.is_sound()
             && model.is_sound(&self.directions)
     }
 }

@@ -3,7 +3,7 @@
 use super::directional::hemitree::Node;
 use super::directional::{DirectionalModel, GlossyLobe, InFrame, Model, Normals, SamplingOptions};
 use super::hue::Hue;
-use super::region::Region;
+use super::region::{Region, ReturnMoments};
 use super::region_index::RegionIndex;
 use super::settings::GuideSampling;
 use super::spatial::{Partition, RegionId, RegionLookup, SpatialPartition};
@@ -33,13 +33,14 @@ pub struct RegionInfo {
     pub visits: f32,
     /// Share of directions left to the BSDF.
     pub bsdf_fraction: f32,
-    /// Moments of the one-sample estimate of irradiance/π, and the rays it takes.
+    /// Second moment and variance of the one-sample estimate of irradiance/π, each over the rays that it takes.
     pub square: f32,
-    pub mean: f32,
-    pub rays: f32,
+    pub variance: f32,
     /// What is expected of that estimate: its mean, the nearer to 0 the less is known of it. Luminance and colour.
     pub expected: f32,
     pub hue: Hue,
+    /// Share of shadow rays that are open, between 0 and 1.
+    pub open: f32,
 }
 
 impl RegionInfo {
@@ -96,7 +97,8 @@ impl<S: SpatialPartition, D: DirectionalModel> Snapshot<S, D> {
         let options = &self.options;
         let fraction = if options.learnt_fraction { region.fraction.value() } else { options.bsdf_fraction };
         let (directions, totals) = self.model.freeze(&region.directions, options, fraction);
-        let expected = region.returns.expected();
+        let ReturnMoments { square, mean, rays, .. } = region.returns;
+        let (expected, rays) = (region.returns.expected(), rays.max(1.0));
         let row = RegionInfo {
             key: region.key,
             normal: if oriented { region.normal } else { Vec3::ZERO },
@@ -106,11 +108,11 @@ impl<S: SpatialPartition, D: DirectionalModel> Snapshot<S, D> {
             peak: TAU * totals.peak,
             visits: region.visits,
             bsdf_fraction: fraction,
-            square: region.returns.square,
-            mean: region.returns.mean,
-            rays: region.returns.rays,
+            square: square / rays,
+            variance: (square - mean * mean) / rays,
             expected: luminance(expected),
             hue: Hue::of(expected),
+            open: region.visibility.share(),
         };
         (row, directions)
     }

@@ -2,7 +2,7 @@
 
 use super::vertex_record::{PathSegment, VertexRecord, VertexRecords};
 use crate::guiding::settings::LearningRule;
-use crate::guiding::{Hue, Recorder, Transition};
+use crate::guiding::{Hue, Recorder, ShadowOutcome, Transition};
 use crate::math::{Rgb, luminance};
 
 /// The vertices of a wave as the backward pass needs them, in the order of its rays.
@@ -14,6 +14,8 @@ pub(super) struct WaveRecord {
     pub(crate) local: Vec<Rgb>,
     /// What the frozen table expects of going on.
     pub(crate) expected: Vec<BootstrapValue>,
+    /// What the path's shadow ray found.
+    pub(crate) shadows: Vec<ShadowOutcome>,
 }
 
 impl WaveRecord {
@@ -22,6 +24,8 @@ impl WaveRecord {
         std::mem::swap(&mut self.arrivals, arrivals);
         self.local.clear();
         self.local.resize(self.arrivals.len(), Rgb::ZERO);
+        self.shadows.clear();
+        self.shadows.resize(self.arrivals.len(), ShadowOutcome::NONE);
         self.expected.clear();
         self.expected.resize(self.arrivals.len(), BootstrapValue::NONE);
     }
@@ -90,19 +94,22 @@ pub(super) struct Return {
 ///
 /// Share 1 is the expected SARSA of Dahm & Keller (2017), 0 the Monte Carlo return. The table can say what to expect of
 /// diffuse lobes; of others (mirrors, glass, gloss), and in a state not met before, the share is 0.
-pub(super) fn record(waves: &[WaveRecord], buffers: &mut [Vec<Return>; 2], recorder: &mut Recorder) {
+pub(super) fn record(waves: &mut [WaveRecord], buffers: &mut [Vec<Return>; 2], recorder: &mut Recorder) {
     let [followed, before] = buffers;
     followed.clear();
-    for (depth, wave) in waves.iter().enumerate().rev() {
+    for depth in (0..waves.len()).rev() {
+        let (earlier, wave) = waves[..=depth].split_at_mut(depth);
+        let (wave, parents) = (&wave[0], earlier.last_mut().map_or(&mut [][..], |parents| &mut parents.shadows));
         // the wave before has not been reached yet; the last wave has nothing behind it
         followed.resize(wave.arrivals.len(), Return::default());
         before.clear();
-        before.resize(if depth == 0 { 0 } else { waves[depth - 1].arrivals.len() }, Return::default());
+        before.resize(parents.len(), Return::default());
         for (i, behind) in followed.iter().enumerate() {
             let (arrival, expected) = (wave.arrivals.get(i), wave.expected[i]);
             let arrived = wave.local[i] + (expected.radiance + behind.radiance * expected.rest);
             let rays = 1.0 + behind.rays;
-            push(recorder, &arrival, arrived, rays);
+            let shadow = parents.get_mut(arrival.parent as usize);
+            push(recorder, &arrival, arrived, rays, shadow);
             if let Some(parent) = before.get_mut(arrival.parent as usize) {
                 parent.radiance += arrival.weight * arrived;
                 parent.rays += rays;
@@ -112,14 +119,16 @@ pub(super) fn record(waves: &[WaveRecord], buffers: &mut [Vec<Return>; 2], recor
     }
 }
 
-fn push(recorder: &mut Recorder, arrival: &VertexRecord, arrived: Rgb, rays: f32) {
+/// `shadow` is what the shadow ray of the vertex before has found, which the first transition from there takes with it.
+fn push(recorder: &mut Recorder, arrival: &VertexRecord, arrived: Rgb, rays: f32, shadow: Option<&mut ShadowOutcome>) {
     let target = luminance(arrived);
     if let Some(edge) = arrival.edge
         && target.is_finite()
     {
         let (hue, rays) = (Hue::of(arrived), rays as u16);
+        let shadow = shadow.map(std::mem::take).unwrap_or_default();
         let PathSegment { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered } = edge;
-        recorder.push(Transition { key, wi, normal, target, hue, pdf, bsdf_pdf, guide_pdf, scattered, rays });
+        recorder.push(Transition { key, wi, normal, target, hue, pdf, bsdf_pdf, guide_pdf, scattered, rays, shadow });
     }
 }
 

@@ -24,10 +24,11 @@ fn record_all(waves: &[Vec<Vertex>], buffers: &mut [Vec<Return>; 2], recorder: &
         vertices.begin(&mut arrivals);
         for (i, &(_, local, expected)) in wave.iter().enumerate() {
             (vertices.local[i], vertices.expected[i]) = (local, expected.unwrap_or(BootstrapValue::NONE));
+            vertices.shadows[i] = ShadowOutcome::new(1.0 + i as f32, true);
         }
         vertices
     };
-    record(&waves.iter().map(wave).collect::<Vec<_>>(), buffers, recorder);
+    record(&mut waves.iter().map(wave).collect::<Vec<_>>(), buffers, recorder);
 }
 
 /// What a rule expects of a grey surface of albedo 1/2 under an irradiance of 4π (a peak of 6π), after 30 visits.
@@ -121,6 +122,20 @@ fn parts_of_a_split_add_up() {
     assert!((found.target - (0.5 + 0.5 + 0.5 + 4.0)).abs() < 1e-5 && found.rays == 4, "{found:?}");
     let Transition { pdf, bsdf_pdf, guide_pdf, scattered, .. } = *found;
     assert_eq!((pdf, bsdf_pdf, guide_pdf, scattered), (0.5, 0.75, -1.0, 0.25));
+}
+
+/// What a shadow ray has found is told once, however many branches go on, and by one that teaches.
+#[test]
+fn a_shadow_ray_is_told_once() {
+    let waves = vec![
+        vec![vertex(u32::MAX, 1.0, None, 0.0, None), vertex(u32::MAX, 1.0, None, 0.0, None)],
+        vec![vertex(1, 1.0, None, 0.0, None), vertex(1, 1.0, edge(1), 0.0, None), vertex(1, 1.0, edge(2), 0.0, None)],
+    ];
+    let mut recorder = Recorder::new();
+    record_all(&waves, &mut [Vec::new(), Vec::new()], &mut recorder);
+    let mut told: Vec<_> = (0..SHARDS).flat_map(|shard| recorder.shard(shard)).map(|t| (t.key.0, t.shadow)).collect();
+    told.sort_by_key(|(key, _)| *key);
+    assert_eq!(told, [(1, ShadowOutcome::new(2.0, true)), (2, ShadowOutcome::NONE)]);
 }
 
 #[test]

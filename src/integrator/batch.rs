@@ -189,6 +189,8 @@ pub(super) struct NextEventLanes {
     pub(crate) contribution: Vec3Lanes,
     /// To the vertex, and which one it is in its wave.
     pub(crate) local: Vec3Lanes,
+    /// How many shadow rays this one stands for.
+    pub(crate) rays: Lanes,
     pub(crate) vertex: [u32; LANES],
     /// Number of the light's group.
     pub(crate) group: [u32; LANES],
@@ -208,6 +210,7 @@ impl NextEvents {
         events.contribution.pack(packing, [&mut first.contribution, &mut second.contribution]);
         if learn {
             events.local.pack(packing, [&mut first.local, &mut second.local]);
+            packing.put(&events.rays, [&mut first.rays, &mut second.rays]);
             packing.put(&events.vertex, [&mut first.vertex, &mut second.vertex]);
         }
         if groups {
@@ -228,6 +231,7 @@ impl NextEventLanes {
         slot: [0; LANES],
         contribution: Vec3Lanes::ZERO,
         local: Vec3Lanes::ZERO,
+        rays: [0.0; LANES],
         vertex: [0; LANES],
         group: [0; LANES],
     };
@@ -296,7 +300,7 @@ pub struct Counters {
     pub paths: u64,
     /// Segments of all paths.
     pub rays: u64,
-    pub(crate) shadow_rays: u64,
+    pub shadow_rays: u64,
     /// Paths that brought no light.
     pub(crate) zero_contribution: u64,
     /// Vertices where the guide was asked, and where it knew an answer.

@@ -5,7 +5,7 @@ use crate::bsdf::{
 };
 use crate::geometry::{Hit, Mesh};
 use crate::guiding::settings::{DirectionTable, GuideSampling, GuidingMethod, GuidingSettings};
-use crate::guiding::{Guide, Hue, PackedDirection, Recorder, RegionInfo, Transition};
+use crate::guiding::{Guide, Hue, PackedDirection, Recorder, RegionInfo, ShadowOutcome, Transition};
 use crate::math::{luminance, rng::Rng, warp};
 use crate::stats::{Chi2Report, DirectionTest, Domain, sidak};
 use crate::texture::ColorTexture;
@@ -129,6 +129,7 @@ pub(crate) fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut R
                 scattered: 1.0,
                 hue: Hue::GREY,
                 rays: 1,
+                shadow: ShadowOutcome::NONE,
             });
         }
         guide.learn(&[&recorder]);

@@ -47,9 +47,16 @@ impl Radiance {
     /// more often, of lights in no group: no layer may be other than on average.
     #[inline(always)]
     pub(super) fn expect(&mut self, slot: usize, light: Rgb) {
-        self.expected[slot] += light;
+        self.expect_by(slot, LightPath { segments: u32::MAX, group: 0 }, light, false);
+    }
+
+    /// The same where the light would have come by `path`. Where it is `likely` that there is light, it counts as found.
+    #[inline(always)]
+    pub(super) fn expect_by(&mut self, slot: usize, path: LightPath, light: Rgb, likely: bool) {
+        let all = if likely { &mut self.found } else { &mut self.expected };
+        all[slot] += light;
         for (layer, radiance) in &mut self.layers {
-            if layer.takes(LightPath { segments: u32::MAX, group: 0 }) {
+            if layer.takes(path) {
                 radiance[slot] += light;
             }
         }
@@ -97,8 +104,20 @@ mod tests {
         radiance.expect(0, Rgb::splat(-0.5));
         radiance.expect(1, Rgb::splat(0.25));
         assert_eq!(radiance.all().collect::<Vec<_>>(), [Rgb::splat(0.5), Rgb::splat(0.25)]);
-        let of = |layer| radiance.layer(layer).unwrap().iter().map(|light| light.x).collect::<Vec<_>>();
-        assert_eq!(layers.map(of), [vec![0.0, 0.0], vec![1.0, 0.0], vec![-0.5, 0.25], vec![1.0, 0.0]]);
+        let of =
+            |radiance: &Radiance, layer| radiance.layer(layer).unwrap().iter().map(|light| light.x).collect::<Vec<_>>();
+        assert_eq!(
+            layers.map(|layer| of(&radiance, layer)),
+            [vec![0.0, 0.0], vec![1.0, 0.0], vec![-0.5, 0.25], vec![1.0, 0.0]]
+        );
         assert!(radiance.is_lit(0) && !radiance.is_lit(1), "a path that ends has found nothing");
+        // light of a known path is in that path's layers, and found where it is likely
+        let (direct, light) = (LightPath { segments: 2, group: 0 }, Rgb::splat(0.125));
+        radiance.expect_by(1, direct, light, false);
+        assert!(!radiance.is_lit(1) && radiance.all().nth(1) == Some(Rgb::splat(0.375)));
+        let parts = [RadianceLayer::Direct, RadianceLayer::Indirect].map(|layer| of(&radiance, layer));
+        assert_eq!(parts, [vec![1.0, 0.125], vec![-0.5, 0.25]]);
+        radiance.expect_by(1, direct, light, true);
+        assert!(radiance.is_lit(1) && radiance.all().nth(1) == Some(Rgb::splat(0.5)));
     }
 }

@@ -3,7 +3,8 @@ use crate::guiding::Hue;
 use crate::math::rng::Rng;
 
 fn with(mean: f32, square: f32, rays: f32) -> Moments {
-    Moments { square, mean, rays, expected: 0.0, hue: Hue::GREY }
+    let rays = rays.max(1.0);
+    Moments { square: square / rays, variance: (square - mean * mean) / rays, expected: 0.0, hue: Hue::GREY }
 }
 
 /// Of a picture whose paths take as many rays as they have variance. Pixels have a luminance of 2 unless said.
@@ -19,8 +20,6 @@ fn paths_are_those_of_the_formula() {
     assert_eq!(efficiency().paths(with(2.0, 68.0, 16.0), 4.0, 0.5, 8.0), 4.0);
     // never worth splitting where every path brings the same, nor ending one for that
     assert_eq!(efficiency().paths(with(3.0, 9.0, 1.0), 100.0, 0.5, 8.0), 1.0);
-    // rays of a state that is black at once count as one
-    assert_eq!(efficiency().paths(with(1.0, 1.0, 0.0), 1.0, 0.5, 8.0), 0.5);
 }
 
 #[test]
@@ -43,6 +42,23 @@ fn paths_stay_within_their_bounds() {
     // black states and black throughput
     assert_eq!(efficiency().paths(with(0.0, 0.0, 1.0), 1.0, 0.5, 8.0), MIN_SURVIVAL);
     assert_eq!(efficiency().paths(with(1.0, 1.0, 1.0), 0.0, 0.5, 8.0), MIN_SURVIVAL);
+}
+
+/// Twice the squared weight of what is at stake, as a shadow ray costs half a ray; between a tenth and 1.
+#[test]
+fn shadow_rays_are_cast_where_they_may_change_the_picture() {
+    // 1/4 · √(1/2 · 1/2 / ½)
+    let quarter = efficiency().cast(0.5, 0.5, 0.5);
+    assert!((quarter - 0.25 * 0.5f32.sqrt()).abs() < 1e-6, "{quarter}");
+    assert_eq!(efficiency().cast(0.5, 1.0, 0.25), efficiency().cast(0.5, 1.0, 0.75));
+    assert_eq!([1e-3, 0.5, 0.999].map(|open| efficiency().cast(1e-3, 1.0, open)), [MIN_CAST; 3]);
+    assert_eq!(efficiency().cast(100.0, 1.0, 0.5), 1.0);
+    // what is sure needs no ray, and what cannot be weighed gets one
+    assert_eq!([0.0, 1.0].map(|open| efficiency().cast(100.0, 1.0, open)), [MIN_CAST; 2]);
+    assert_eq!([f32::NAN, f32::INFINITY].map(|brought| efficiency().cast(brought, 1.0, 0.5)), [1.0; 2]);
+    for k in [2.0f32.powi(-20), 2.0f32.powi(20)] {
+        assert_eq!(efficiency().cast(0.5 * k, 0.5 / k, 0.5), quarter);
+    }
 }
 
 #[test]

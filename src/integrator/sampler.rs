@@ -86,6 +86,7 @@ pub(crate) struct DirectionNumbers<const N: usize> {
 enum Set {
     Camera,
     // of a vertex, counted from 1
+    Shadow(u32),
     Light(u32),
     Roulette(u32),
     Direction(u32),
@@ -96,6 +97,7 @@ impl Set {
     fn place(self) -> (u32, u32) {
         let (vertex, number) = match self {
             Set::Camera => (0, 0),
+            Set::Shadow(vertex) => (vertex, 0),
             Set::Light(vertex) => (vertex, 1),
             Set::Roulette(vertex) => (vertex, 2),
             Set::Direction(vertex) => (vertex, 3),
@@ -170,6 +172,13 @@ impl Sampler {
     pub(crate) fn light<const N: usize>(self, keys: &PathKeys<N>, vertex: u32) -> LightNumbers<N> {
         let [u, v, choice] = self.words(Set::Light(vertex), keys);
         LightNumbers { choice: long_units(&choice, keys), point: [units(&u), units(&v)] }
+    }
+
+    /// Whether the ray towards the light is cast.
+    #[inline]
+    pub(crate) fn shadow<const N: usize>(self, keys: &PathKeys<N>, vertex: u32) -> [f32; N] {
+        let [u] = self.words(Set::Shadow(vertex), keys);
+        units(&u)
     }
 
     /// Whether a path goes on.

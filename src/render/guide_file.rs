@@ -20,7 +20,7 @@ use std::path::Path;
 
 const MAGIC: [u8; 8] = *b"PTXGUIDE";
 /// Changes whenever older files would be read wrongly.
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 /// Bytes before the body, and after it.
 const HEAD: usize = 20;
 const TAIL: usize = 4;

@@ -18,7 +18,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
-pub(super) static KIND: Kind = Kind { magic: *b"PTXLESSN", version: 1, name: "lesson" };
+pub(super) static KIND: Kind = Kind { magic: *b"PTXLESSN", version: 2, name: "lesson" };
 
 /// A guide, and what is to be told to it.
 pub(super) struct Class<'a> {

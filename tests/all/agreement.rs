@@ -318,6 +318,36 @@ fn auto_with_a_guide() {
     assert!(smallest(&planted) < level, "a bias of 0.05 goes unseen");
 }
 
+/// Guided roulette leaves out shadow rays whose outcome a region knows, in the light and behind a wall, and the picture's expectation
+/// stays as it is.
+#[test]
+fn shadow_rays_that_are_left_out() {
+    let level = sidak(FALSE_ALARM, 2 * VALUES);
+    for (scene, spp) in [("cornell", 128), ("wall", 512)] {
+        let loaded = own(scene, &["film.width=24", "film.height=24"]);
+        let mut settings = loaded.unguided();
+        (settings.render.spp, settings.render.combine) = (spp, Combine::All);
+        let plain = loaded.runs(&settings, 16, 1_000_000);
+        (settings.guiding.method, settings.integrator.roulette) = (GuidingMethod::Adaptive, Roulette::Throughput);
+        let all = shadow_rays(&loaded, &settings);
+        settings.integrator.roulette = Roulette::Guided;
+        let some = shadow_rays(&loaded, &settings);
+        let guided = loaded.runs(&settings, 8, 0);
+        let [p, planted] = [1.0, 1.05].map(|factor| Row::new(&guided.scaled(factor), &plain).smallest);
+        println!("{scene}: {some:.3} shadow rays a ray, {all:.3} of all: p = {p:.1e}, 5 % more light p = {planted:.1e}");
+        assert!(some < 0.6 * all, "{scene}: hardly any shadow ray is left out");
+        assert!(p >= level, "{scene}: not what plain path tracing gives");
+        assert!(planted < level, "{scene}: a bias of 0.05 goes unseen");
+    }
+}
+
+/// Shadow rays for each ray of paths, in the last iteration.
+fn shadow_rays(loaded: &Loaded, settings: &Settings) -> f64 {
+    let rendering = loaded.render(settings);
+    let counters = &rendering.iterations.last().expect("there are iterations").counters;
+    counters.shadow_rays as f64 / counters.rays as f64
+}
+
 /// Whatever instructions Embree uses, the picture's expectation is the same: unguided and with a guide, also through glass
 /// and at glossy surfaces.
 #[test]

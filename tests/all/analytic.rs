@@ -85,6 +85,34 @@ fn the_furnace_is_as_bright_as_its_series() {
     println!("{} furnaces: the largest |z| is {largest:.2}", tested.len());
 }
 
+/// The same with roulette that goes by what the guide knows, and that leaves out shadow rays.
+#[test]
+fn the_furnace_with_guided_roulette() {
+    let mut tested = Vec::new();
+    for albedo in [0.2f32, 0.5, 0.8] {
+        let loaded = furnace(albedo);
+        for method in [GuidingMethod::Grid, GuidingMethod::Adaptive] {
+            let mut settings = loaded.settings.clone();
+            (settings.guiding.method, settings.integrator.roulette) = (method, Roulette::Guided);
+            (settings.integrator.max_depth, settings.render.spp) = (400, 64);
+            settings.render.combine = Combine::All;
+            let rendering = loaded.render(&settings);
+            let counters = &rendering.iterations.last().expect("there are iterations").counters;
+            let asked = counters.shadow_rays as f64 / counters.rays as f64;
+            let (mean, error) = mean_and_error(&rendering.estimate);
+            println!("a = {albedo}, {method:?}: {asked:.3} shadow rays a ray, {mean:.5} ± {error:.5}");
+            assert!(asked < 0.6, "every vertex casts a shadow ray");
+            tested.push((format!("a = {albedo}, {method:?}"), mean, error, 1.0 / (1.0 - f64::from(albedo))));
+        }
+    }
+    let level = sidak(LEVEL, tested.len());
+    for (way, mean, error, truth) in &tested {
+        assert!(p_value(z_one_mean(*mean, *error, *truth)) >= level, "{way}: {mean} ± {error}, not {truth}");
+        let planted = z_one_mean(mean * 1.05, *error, *truth);
+        assert!(p_value(planted) < level, "{way}: 5 % more goes unseen");
+    }
+}
+
 /// A square of 2 × 2 in the plane y = 0 that faces up, and a camera above its centre that sees a small part of it.
 const PLANE: &str = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nusemtl floor\nf 1 2 3 4\n";
 const ABOVE: &str = r#"

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use phototaxis::format;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, Transition};
+use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, ShadowOutcome, Transition};
 use phototaxis::image::Image;
 use phototaxis::image::metrics::compare;
 use phototaxis::integrator::IntegratorSettings;
@@ -65,6 +65,7 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
             scattered: 0.3,
             hue: Hue::GREY,
             rays: 2,
+            shadow: ShadowOutcome::NONE,
         });
     }
     guide.learn(&[&recorder]);
@@ -186,7 +187,7 @@ fn forged_files_do_no_harm() {
 
 /// The format is not to change unnoticed: whoever changes what is stored raises the version, and this number.
 #[test]
-fn the_format_is_that_of_version_8() {
+fn the_format_is_that_of_version_9() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.guide");
     let settings = GuidingSettings { resolution: 1, ..GuidingSettings::default() };
@@ -194,13 +195,14 @@ fn the_format_is_that_of_version_8() {
     let mut recorder = Recorder::new();
     let (wi, key) = (PackedDirection::new(Vec3::Y), guide.field().locate(Vec3::ONE, Vec3::Y, [0.5; 3]).unwrap().drawn);
     let (pdf, bsdf_pdf, guide_pdf) = (0.5, 0.5, -1.0);
-    let hue = Hue::GREY;
-    let visit = Transition { key, wi, normal: wi, target: 2.0, hue, pdf, bsdf_pdf, guide_pdf, scattered: 0.5, rays: 1 };
+    let (hue, shadow) = (Hue::GREY, ShadowOutcome::new(2.5, true));
+    let visit =
+        Transition { key, wi, normal: wi, target: 2.0, hue, pdf, bsdf_pdf, guide_pdf, scattered: 0.5, rays: 1, shadow };
     recorder.push(visit);
     guide.learn(&[&recorder]);
     guide_file::write(&path, &guide, &subject(&settings), 300).unwrap();
     let bytes = std::fs::read(&path).unwrap();
-    assert_eq!(bytes[..12], *b"PTXGUIDE\x08\0\0\0");
+    assert_eq!(bytes[..12], *b"PTXGUIDE\x09\0\0\0");
     assert_eq!((bytes.len(), crc32fast::hash(&bytes[..bytes.len() - 4])), (490, 577_748_566));
 }
 

@@ -5,7 +5,7 @@ use crate::{pictures, seeds};
 use glam::Vec3;
 use phototaxis::format as scene_file;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, Transition};
+use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, ShadowOutcome, Transition};
 use phototaxis::image::exr::read_layers;
 use phototaxis::integrator::IntegratorSettings;
 use phototaxis::lab::compare::file as plan_file;
@@ -211,6 +211,7 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
             scattered: 0.3,
             hue: Hue::GREY,
             rays: 2,
+            shadow: ShadowOutcome::NONE,
         });
     }
     guide.learn(&[&recorder]);

@@ -120,6 +120,9 @@ impl<S: SpatialPartition, D: DirectionalModel> Teacher<'_, S, D> {
         let means = [returns.estimate, returns.square, returns.red, returns.blue].map(value);
         region.returns.add_all(returns.visits, means, returns.rays as f64);
         sums.fraction.teach(&mut region.fraction, self.origin);
+        let [rays, open] = [sums.visibility.rays, sums.visibility.open].map(|sum| value(sum) as f32);
+        region.visibility.rays += rays;
+        region.visibility.open += open;
     }
 }
 

@@ -23,6 +23,7 @@ pub(crate) struct RegionSums {
     pub cells: Vec<(u32, CellSums)>,
     pub returns: ReturnSums,
     pub fraction: FractionSums,
+    pub visibility: VisibilitySums,
 }
 
 /// Visits of a cell of directions, and the sum of their targets.
@@ -43,6 +44,13 @@ pub(crate) struct ReturnSums {
     pub blue: i128,
 }
 
+/// Shadow rays, and those of them that were open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct VisibilitySums {
+    pub rays: i128,
+    pub open: i128,
+}
+
 impl RegionSums {
     /// Adds a transition whose direction is in a cell, if in any.
     pub fn add(&mut self, transition: &Transition, cell: Option<u32>) {
@@ -55,6 +63,8 @@ impl RegionSums {
         if let Some(estimate) = ReturnMoments::estimate(transition) {
             self.returns.add(transition, estimate);
         }
+        let [rays, open] = transition.shadow.rays().map(fixed);
+        self.visibility.add(VisibilitySums { rays, open });
         let contribution = transition.contribution();
         if transition.scattered != 0.0 && (contribution * contribution).is_finite() {
             self.fraction.add(contribution, transition.bsdf_pdf, transition.guide_pdf);
@@ -67,6 +77,7 @@ impl RegionSums {
         other.cells.iter().for_each(|(cell, more)| self.cell(*cell).add(*more));
         self.returns.add_sums(&other.returns);
         self.fraction.add_sums(&other.fraction);
+        self.visibility.add(other.visibility);
     }
 
     fn cell(&mut self, cell: u32) -> &mut CellSums {
@@ -84,7 +95,9 @@ impl RegionSums {
         let ReturnSums { visits, estimate, square, red, blue, .. } = self.returns;
         let amounts = [estimate, square, red, blue].iter().all(|sum| *sum >= 0);
         let counted = (1..=MOST_VISITS).contains(&self.visits) && visits <= self.visits;
-        in_order && within && amounts && counted && self.fraction.is_sound(self.visits)
+        let VisibilitySums { rays, open } = self.visibility;
+        let seen = (0..=rays).contains(&open);
+        in_order && within && amounts && counted && seen && self.fraction.is_sound(self.visits)
     }
 }
 
@@ -96,6 +109,13 @@ impl CellSums {
 
     fn is_sound(&self, most: u64) -> bool {
         self.visits <= most && self.target >= 0
+    }
+}
+
+impl VisibilitySums {
+    fn add(&mut self, other: VisibilitySums) {
+        self.rays = self.rays.saturating_add(other.rays);
+        self.open = self.open.saturating_add(other.open);
     }
 }
 

@@ -1,6 +1,7 @@
 //! What is learnt from known targets, and how much memory it takes.
 
 use super::*;
+use crate::guiding::visibility::Visibility;
 use crate::math::Rgb;
 use crate::math::rng::Rng;
 use proptest::prelude::*;
@@ -17,7 +18,9 @@ pub(super) fn random_transitions(rng: &mut Rng, guide: &Guide, n: usize) -> Vec<
         let target = if rng.f32() < 0.1 { 0.0 } else { (80.0 * rng.f32() - 40.0).exp2() };
         let guide_pdf = if rng.f32() < 0.2 { -1.0 } else { rng.f32() };
         let (rays, bsdf_pdf) = (1 + (9.0 * rng.f32()) as u16, rng.f32());
-        Transition { rays, bsdf_pdf, guide_pdf, ..visit(key, normal, wi, target) }
+        let seen = ShadowOutcome::new(1.0 + 9.0 * rng.f32(), rng.f32() < 0.3);
+        let shadow = if rng.f32() < 0.2 { ShadowOutcome::NONE } else { seen };
+        Transition { rays, bsdf_pdf, guide_pdf, shadow, ..visit(key, normal, wi, target) }
     };
     (0..n).map(|_| one(rng)).collect()
 }
@@ -183,6 +186,33 @@ fn returns_are_moments_of_the_irradiance_s_estimate() {
     // three estimates of relative variance 2/3
     let expected = returns.expected();
     assert!((expected - Rgb::splat(2.0 * 3.0 / (3.0 + 2.0 / 3.0))).abs().max_element() < 1e-4, "{expected}");
+}
+
+/// Rays count as many as they stand for, and few say little: the share stays between 0 and 1, in what is drawn from too.
+#[test]
+fn a_state_knows_how_often_its_shadow_rays_are_open() {
+    let mut guide = guide(|s| s.strata = 1);
+    let key = state(&guide, Vec3::splat(0.3), Vec3::X);
+    let one = |shadow| Transition { shadow, rays: 0, ..visit(key, Vec3::X, Vec3::X, 1.0) };
+    let outcomes = [ShadowOutcome::new(1.5, true), ShadowOutcome::new(4.5, false), ShadowOutcome::NONE];
+    learn(&mut guide, outcomes.map(one));
+    let seen = guide.store.get(key).unwrap().visibility;
+    assert_eq!((seen.rays, seen.open, seen.share()), (6.0, 1.5, 2.0 / 7.0));
+    learn(&mut guide, [one(ShadowOutcome::NONE); 20]);
+    guide.end_iteration(1);
+    let known = summary(&guide, key);
+    assert_eq!(known.open, 2.0 / 7.0);
+    // rays of a state that is black at once count as one
+    let returns = guide.store.get(key).unwrap().returns;
+    assert_eq!((returns.rays, known.square), (0.0, returns.square));
+    for (rays, open) in [(0.0, 0.0), (1e30, 0.0), (1e30, 1e30), (f32::MAX, f32::MAX)] {
+        let share = Visibility { rays, open }.share();
+        assert!((0.0..=1.0).contains(&share) && (rays > 0.0 || share == 0.5), "{open} of {rays}: {share}");
+    }
+    let sound = |rays, open| Visibility { rays, open }.is_sound();
+    assert!(
+        sound(2.0, 2.0) && ![(1.0, 2.0), (f32::NAN, 0.0), (1.0, f32::NAN), (1.0, -1.0)].iter().any(|v| sound(v.0, v.1))
+    );
 }
 
 /// What is expected has the colour of the light, nothing is expected where nothing is known, and no file can make it anything but a

@@ -58,6 +58,8 @@ fn what_is_known_grows_as_it_does_one_by_one() {
             let (a, b) = (region.returns, other.returns);
             let both = [(a.weight, b.weight), (a.mean, b.mean), (a.rays, b.rays), (a.red, b.red), (a.blue, b.blue)];
             assert!(both.into_iter().all(|(a, b)| close(a, b)), "{table:?} {rate:?}: {a:?} {b:?}");
+            let (a, b) = (region.visibility, other.visibility);
+            assert!(a.rays > 0.0 && close(a.rays, b.rays) && close(a.open, b.open), "{table:?} {rate:?}: {a:?} {b:?}");
             assert!(
                 close(region.visits, other.visits) && close(region.fresh, other.fresh) && region.normal == other.normal
             );
@@ -168,5 +170,7 @@ fn sums_that_no_paths_leave_are_refused() {
     refused(&|_, sums| sums.visits = u64::MAX);
     refused(&|_, sums| sums.normal = [0; 3]);
     refused(&|_, sums| sums.returns.square = -1);
+    refused(&|_, sums| sums.visibility.open = -1);
+    refused(&|_, sums| sums.visibility.open = sums.visibility.rays + 1);
     refused(&|_, sums| sums.returns.visits = sums.visits + 1);
 }

@@ -64,6 +64,7 @@ fn visit(key: RegionId, n: Vec3, wi: Vec3, target: f32) -> Transition {
         scattered: cos * std::f32::consts::FRAC_1_PI,
         hue: Hue::GREY,
         rays: 2,
+        shadow: ShadowOutcome::NONE,
     }
 }
 
@@ -112,8 +113,8 @@ fn look_around(
 fn contents(guide: &Guide) -> Vec<(RegionId, Vec<u32>)> {
     let bits = |state: &Region<Learnt>| {
         let entries = entries(state).iter().flat_map(|e| [e.q, e.visits]);
-        let (r, f) = (state.returns, state.fraction);
-        let rest = [state.visits, state.fresh, r.weight, r.mean, r.square, r.rays, f.value()];
+        let (r, f, v) = (state.returns, state.fraction, state.visibility);
+        let rest = [state.visits, state.fresh, r.weight, r.mean, r.square, r.rays, f.value(), v.rays, v.open];
         entries.chain(rest).map(f32::to_bits).collect()
     };
     guide.store.regions().map(|state| (state.key, bits(state))).collect()

@@ -94,6 +94,8 @@ fn parts_know_what_the_whole_knew_and_those_never_met_are_dropped() {
         assert_eq!((part.visits, part.fresh, part.normal), (0.25 * whole.visits, 0.0, whole.normal));
         assert_eq!(part.returns, ReturnMoments { weight: 0.25 * whole.returns.weight, ..whole.returns });
         assert_eq!(part.fraction, whole.fraction);
+        assert_eq!(part.visibility.rays, 0.25 * whole.visibility.rays);
+        assert_eq!(part.visibility.open, 0.25 * whole.visibility.open);
         // few visits lean a little more towards the mean
         for (old, new) in model.profile(&whole.directions).iter().zip(model.profile(&part.directions)) {
             assert!((new - old).abs() < 0.03 * old, "{new}, not {old}");

@@ -69,6 +69,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             return;
         };
         self.expect(guide, summary, &bsdf, packet, k, depth);
+        packet.set_visibility(k, summary.open);
         if packet.rough().has(k) {
             packet.set_moments(k, Moments::of(summary));
         }

@@ -25,7 +25,7 @@ impl<P: Probe> Wavefront<'_, '_, P> {
         let clock = CpuClock::thread();
         let mut recorder = std::mem::take(&mut self.batch.recorder);
         let b = &mut *self.batch;
-        backward_pass::record(&b.vertices, &mut b.followed, &mut recorder);
+        backward_pass::record(&mut b.vertices, &mut b.followed, &mut recorder);
         b.points.drain(..).for_each(|(p, n)| recorder.push_point(p, n));
         b.vertices.iter_mut().for_each(WaveRecord::clear);
         self.counters.recording_cpu = clock.elapsed();

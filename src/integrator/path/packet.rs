@@ -37,10 +37,12 @@ pub(super) struct Packet<'a> {
     /// Where a state has told what guided roulette goes by.
     has_moments: Mask,
     square: Lanes,
-    mean: Lanes,
-    rays_behind: Lanes,
+    variance: Lanes,
     expected: Lanes,
     hue: [Hue; LANES],
+    /// Where a state has told how often shadow rays are open.
+    has_visibility: Mask,
+    open: Lanes,
     pub(crate) lights: LightSamples,
     /// By which lights are chosen, where that is by more than their power.
     pub(crate) light_normals: Vec3Lanes,
@@ -65,10 +67,11 @@ impl<'a> Packet<'a> {
             trees: GuideLanes::new(),
             has_moments: Mask::NONE,
             square: [0.0; LANES],
-            mean: [0.0; LANES],
-            rays_behind: [1.0; LANES],
+            variance: [0.0; LANES],
             expected: [0.0; LANES],
             hue: [Hue::GREY; LANES],
+            has_visibility: Mask::NONE,
+            open: [0.0; LANES],
             lights: LightSamples::new(),
             light_normals: Vec3Lanes::ZERO,
             keys: PathKeys::NONE,
@@ -80,6 +83,7 @@ impl<'a> Packet<'a> {
     pub(crate) fn begin(&mut self, first: usize, keys: PathKeys<LANES>) {
         (self.first, self.keys) = (first, keys);
         (self.led, self.has_moments, self.bsdf_fraction) = (Mask::NONE, Mask::NONE, [1.0; LANES]);
+        self.has_visibility = Mask::NONE;
         self.bsdfs.clear();
         self.trees.clear();
         self.lights.clear();
@@ -202,9 +206,9 @@ impl<'a> Packet<'a> {
 
     /// Takes what the state at vertex `k` knows of what comes back to it.
     #[inline(always)]
-    pub(crate) fn set_moments(&mut self, k: usize, Moments { square, mean, rays, expected, hue }: Moments) {
+    pub(crate) fn set_moments(&mut self, k: usize, Moments { square, variance, expected, hue }: Moments) {
         self.has_moments.set(k, true);
-        (self.square[k], self.mean[k], self.rays_behind[k]) = (square, mean, rays);
+        (self.square[k], self.variance[k]) = (square, variance);
         (self.expected[k], self.hue[k]) = (expected, hue);
     }
 
@@ -217,8 +221,27 @@ impl<'a> Packet<'a> {
     /// What it has told at vertex `k`; any where it has not.
     #[inline(always)]
     pub(crate) fn moments(&self, k: usize) -> Moments {
-        let (square, mean, rays) = (self.square[k], self.mean[k], self.rays_behind[k]);
-        Moments { square, mean, rays, expected: self.expected[k], hue: self.hue[k] }
+        let (square, variance) = (self.square[k], self.variance[k]);
+        Moments { square, variance, expected: self.expected[k], hue: self.hue[k] }
+    }
+
+    /// Takes the share of shadow rays that are open from where vertex `k` is.
+    #[inline(always)]
+    pub(crate) fn set_visibility(&mut self, k: usize, open: f32) {
+        self.has_visibility.set(k, true);
+        self.open[k] = open;
+    }
+
+    /// Where it is known.
+    #[inline(always)]
+    pub(crate) fn has_visibility(&self) -> Mask {
+        self.has_visibility
+    }
+
+    /// What it is; any where it is not known.
+    #[inline(always)]
+    pub(crate) fn open(&self) -> &Lanes {
+        &self.open
     }
 
     /// What the states expect to come back by the lobes that a guide may stand in for, where surfaces reflect `albedo`; black where

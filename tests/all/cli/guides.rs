@@ -59,7 +59,7 @@ fn guides_that_do_not_fit_are_refused_with_the_reason() {
         (&["--guide-in", "none.guide"], "none.guide: No such file"),
         (&["--guide-in", "damaged.guide"], "damaged.guide: the guide is damaged"),
         (&["--guide-in", "short.guide"], "short.guide: the guide is truncated"),
-        (&["--guide-in", "newer.guide"], "newer.guide: the guide is of version 9"),
+        (&["--guide-in", "newer.guide"], "newer.guide: the guide is of version 10"),
         (&["--guide-in", "text.guide"], "text.guide: this is not a guide's file"),
         (&["--guide-in", "a.guide", "--set", "guiding.resolution=5"], "guiding.resolution was 4 and is 5"),
         (&["--guide-in", "a.guide", "--set", "integrator.mis=false"], "integrator.mis was true and is false"),

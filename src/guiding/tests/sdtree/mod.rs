@@ -8,12 +8,12 @@ mod schedule;
 mod space;
 
 use super::{PackedDirection, Recorder, Transition};
-use crate::guiding::Hue;
 use crate::guiding::directional::quadtree::{Branch, Fineness, QuadNode, Quadtree, SphereQuadtree, encode};
 use crate::guiding::directional::{DirectionalModel, Directions};
 use crate::guiding::guide::Guide;
 use crate::guiding::settings::{GuidingMethod, GuidingSettings};
 use crate::guiding::spatial::{KdTree, RegionId, SpatialPartition};
+use crate::guiding::{Hue, ShadowOutcome};
 use crate::math::rng::Rng;
 use crate::math::warp::{UNIFORM_SPHERE_PDF, square_to_uniform_sphere};
 use glam::Vec3;
@@ -159,6 +159,7 @@ impl Sample {
             scattered: self.scattered,
             hue: Hue::GREY,
             rays: 1,
+            shadow: ShadowOutcome::NONE,
         }
     }
 }

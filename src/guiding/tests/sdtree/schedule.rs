@@ -1,7 +1,7 @@
 //! The SD-tree as the settings ask for it.
 
 use super::*;
-use crate::guiding::{Guide as FullGuide, Hue, RegionInfo};
+use crate::guiding::{Guide as FullGuide, Hue, RegionInfo, ShadowOutcome};
 
 fn known_at(leaves: &FullGuide, p: Vec3) -> Option<&RegionInfo> {
     leaves.field().summary(leaves.field().locate(p, Vec3::Z, [0.5; 3])?.drawn)
@@ -29,6 +29,7 @@ fn record(leaves: &FullGuide, n: usize, rng: &mut Rng) -> Recorder {
             scattered: 1.0,
             hue: Hue::GREY,
             rays: 2,
+            shadow: ShadowOutcome::NONE,
         });
     }
     recorder
@@ -60,9 +61,12 @@ fn a_leaf_knows_what_arrives_in_it() {
         assert!((summary.irradiance / irradiance - 1.0).abs() < tolerance, "{x}: {summary:?}");
         // the estimate is 4π·L for one half of the directions and 0 for the other
         let mean = 4.0 * std::f32::consts::PI * light / 2.0;
-        assert!((summary.mean / mean - 1.0).abs() < tolerance, "{x}: {summary:?}");
-        assert!((summary.square / (2.0 * mean * mean) - 1.0).abs() < tolerance, "{x}: {summary:?}");
-        assert_eq!(summary.rays, 2.0);
+        let returns = leaves.store.get(summary.key).expect("it was frozen").returns;
+        assert!((returns.mean / mean - 1.0).abs() < tolerance, "{x}: {returns:?}");
+        assert!((returns.square / (2.0 * mean * mean) - 1.0).abs() < tolerance, "{x}: {returns:?}");
+        assert_eq!(returns.rays, 2.0);
+        let variance = returns.square - returns.mean * returns.mean;
+        assert_eq!((summary.square, summary.variance), (returns.square / 2.0, variance / 2.0));
         let distribution = leaves.field().distribution(summary, Vec3::Z);
         let mut rng = Rng::new(2);
         let up = (0..1000).filter(|_| distribution.sample(0.0, rng.f32x2()).0.z > 0.0).count();
