@@ -16,7 +16,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-static KIND: Kind = Kind { magic: *b"PTXCHECK", version: 2, name: "checkpoint" };
+static KIND: Kind = Kind { magic: *b"PTXCHECK", version: 3, name: "checkpoint" };
 
 /// What a file is of. `R` says how the render was asked for.
 #[derive(Serialize, Deserialize)]
