@@ -169,7 +169,12 @@ fn spiral(columns: u32, rows: u32) -> Vec<(u32, u32)> {
 /// Samples per pixel of an iteration that would take `planned`, when `left` remain of the budget. The last iteration
 /// takes all of the rest, so that it has about half of the budget or more (Müller et al. 2017, §4.3).
 pub fn iteration_samples(planned: u32, left: u32) -> u32 {
-    if left.saturating_sub(planned) < 2 * planned { left } else { planned }
+    if is_last_iteration(planned.into(), left.into()) { left } else { planned }
+}
+
+/// Whether an iteration that would take `planned` samples per pixel takes all of the `left` ones.
+pub fn is_last_iteration(planned: f64, left: f64) -> bool {
+    left < 3.0 * planned
 }
 
 /// Seconds that an iteration may take when so many are left, if it is not the last: the share of the rest that

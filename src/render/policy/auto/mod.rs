@@ -3,12 +3,11 @@
 //! A [pilot](pilot) of unguided samples comes first. If too little of its noise is bounced light for any guide to pay, or the
 //! budget is too short to learn in, the rest is rendered without a guide. Else the guide learns, first from one unguided
 //! sample. Each of its later iterations is a trial, compared with the pilot by the figure of merit of a Monte Carlo
-//! estimator, 1/(variance · cost). Gains and losses are counted in unguided samples per pixel. Once the guide does
-//! not win yet, and what it has lost and is [expected](forecast) to lose next is more than a small share of the budget, the
-//! render goes on without it.
+//! estimator, 1/(variance · cost). Gains and losses are counted in unguided samples per pixel. While the guide does not
+//! win yet, what it has lost and would lose in the next iteration is held against the share of the budget that learning may
+//! cost. Where it is more, the render goes on without the guide.
 
 mod cost;
-mod forecast;
 mod judged;
 mod pilot;
 mod verdict;
@@ -16,36 +15,22 @@ mod verdict;
 pub(crate) use verdict::{Reason, Trial, Verdict};
 
 use super::super::noise::Noise;
-use super::super::schedule::{LONGEST_ITERATION, doubled};
+use super::super::schedule::{LONGEST_ITERATION, doubled, is_last_iteration};
 use super::super::{IterationReport, training};
 use super::{Budget, FIRST_WITH_A_GUIDE, GuidePolicy, History, Iteration, Mode, Plan};
 use cost::{CostMeter, PathCost};
-use forecast::GainForecast;
 use judged::Comparison;
 use pilot::{Baseline, Pilot, first_samples, more_samples};
 
 /// Samples per pixel from which the guide learns first: as few as with any other policy.
 const FIRST_LESSON: u32 = 1;
 
-/// Share of the budget that trials may lose where the relative variance of bounced light is `REFERENCE_VARIANCE` and no gain is
-/// expected. It grows in proportion to that variance, as what a guide may win does, by factors within `LOSS_FACTORS`. The lower one
-/// leaves the first trials of a render of 256 samples, which learn more than they gain, 1.5 % of it.
-const LOSS_SHARE: f64 = 0.05;
-const REFERENCE_VARIANCE: f64 = 5.0;
-const LOSS_FACTORS: (f64, f64) = (0.3, 5.0);
-
-/// Factor of the loss that is allowed while a gain is expected. Fitted: a guide that gained a tenth in the end had lost 2 to
-/// 6 % of the budget before it won.
-const EXPECTED_GAIN_FACTOR: f64 = 4.0;
+/// Share of the budget that the guide may lose before it wins: what learning is allowed to cost. With less, guides that win in the end
+/// are given up in their first iterations; with more, those that never win are kept too long.
+const LOSS_SHARE: f64 = 0.15;
 
 /// Standard errors of the variance by which a trial may have seemed worse than it was.
 const STANDARD_ERRORS: f64 = 2.0;
-
-/// Trials in a row that the guide may lose without making progress, however long the budget.
-const MAX_LOSSES_IN_A_ROW: u32 = 3;
-
-/// Factor of the gain from one trial to the next that counts as progress.
-const MIN_PROGRESS: f64 = 1.1;
 
 /// Judges the guide, iteration by iteration.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
@@ -64,10 +49,8 @@ pub struct Auto {
     reason: Reason,
     /// Relative variance of one unguided sample.
     variance: f64,
-    /// The newest trial, how many there were, and how many at the end were lost without progress.
+    /// The newest.
     trial: Option<Trial>,
-    trials: u32,
-    losses: u32,
 }
 
 impl GuidePolicy for Auto {
@@ -146,8 +129,6 @@ impl Auto {
             reason: Reason::Promising,
             variance: 0.0,
             trial: None,
-            trials: 0,
-            losses: 0,
         }
     }
 
@@ -205,45 +186,34 @@ impl Auto {
     fn judge(&mut self, noise: &Noise, variances: &[f64], samples: u32, cost: PathCost) {
         let Some(baseline) = &self.baseline else { return };
         let samples = samples as f64;
-        let found = Comparison::new(noise, baseline, variances, samples);
-        let (tracing, whole) = (cost.tracing / baseline.cost, cost.whole / baseline.cost);
-        let bounced = baseline.bounced_share * found.spread;
-        self.spent += samples * whole;
+        let found = Comparison::new(noise, baseline, variances);
+        let cost = PathCost { tracing: cost.tracing / baseline.cost, whole: cost.whole / baseline.cost };
+        self.spent += samples * cost.whole;
         if !(found.guided > 0.0 && found.unguided > 0.0) {
             // all that varies are outliers, if light was found at all: that says nothing of the guide
             return;
         }
-        let trial = Trial { variance_ratio: found.guided / found.unguided, cost_ratio: tracing };
+        let trial = Trial { variance_ratio: found.guided / found.unguided, cost_ratio: cost.tracing };
         self.variance = found.unguided;
-        self.lost += samples * (whole - 1.0 / trial.variance_ratio);
-        let progress = self.add_trial(trial);
+        self.lost += samples * (cost.whole - 1.0 / trial.variance_ratio);
+        let is_first = self.trial.replace(trial).is_none();
         // Light that few paths find makes the variance of few samples uncertain. The judgement takes the optimistic end.
-        let optimism = 1.0 + STANDARD_ERRORS * found.relative_error;
-        let trial = Trial { variance_ratio: trial.variance_ratio / optimism, ..trial };
-        let left = (self.budget - self.spent).max(0.0);
-        let forecast = GainForecast { trial, trials: self.trials, samples, whole, progress, left };
-        if self.losses >= MAX_LOSSES_IN_A_ROW || self.loses_too_much(&forecast, bounced) {
+        let variance_ratio = trial.variance_ratio / (1.0 + STANDARD_ERRORS * found.relative_error);
+        let likely = Trial { variance_ratio, ..trial };
+        let lost = self.lost + self.next_loss(&likely, 2.0 * samples, cost.whole);
+        // What the first trial was drawn from was learnt from a sample or two; what the next is drawn from, from three times as many.
+        if !is_first && likely.gain() < 1.0 && lost > LOSS_SHARE * self.budget {
             self.reason = Reason::Losing;
         }
     }
 
-    /// Counts a trial, and returns its gain over that of the one before; 1 for the first.
-    fn add_trial(&mut self, trial: Trial) -> f64 {
-        self.trials += 1;
-        let progress = self.trial.replace(trial).map(|before| trial.gain() / before.gain());
-        let stagnates = trial.gain() < 1.0 && progress.is_some_and(|p| p < MIN_PROGRESS);
-        self.losses = if stagnates { self.losses + 1 } else { 0 };
-        progress.unwrap_or(1.0)
-    }
-
-    /// Whether a guide that does not win yet would cost more than it may to go on with; `bounced` is the relative variance
-    /// of bounced light.
-    fn loses_too_much(&self, forecast: &GainForecast, bounced: f64) -> bool {
-        let expected = forecast.expected();
-        let by_gain = if expected.gain < 1.0 { 1.0 } else { EXPECTED_GAIN_FACTOR };
-        let by_variance = (bounced / REFERENCE_VARIANCE).clamp(LOSS_FACTORS.0, LOSS_FACTORS.1);
-        let limit = LOSS_SHARE * by_variance * by_gain * self.budget;
-        forecast.trial.gain() < 1.0 && self.lost + expected.loss > limit
+    /// Unguided samples per pixel that the next iteration loses if it does as `trial` did: one of so many samples, of which one costs
+    /// `whole` with what is learnt from it, or the last one, which takes all that is left and from which nothing is learnt.
+    fn next_loss(&self, trial: &Trial, samples: f64, whole: f64) -> f64 {
+        let left = (self.budget - self.spent).max(0.0);
+        let all = left / trial.cost_ratio;
+        let (drawn, cost) = if is_last_iteration(samples, all) { (all, left) } else { (samples, samples * whole) };
+        cost - drawn / trial.variance_ratio
     }
 }
 

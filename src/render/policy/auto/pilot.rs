@@ -5,7 +5,7 @@
 use super::super::super::noise::Noise;
 use super::super::super::training;
 use super::cost::CostMeter;
-use super::judged::{outliers, relative_variance};
+use super::judged::relative_variance;
 use super::verdict::Reason;
 use crate::integrator::Counters;
 
@@ -79,8 +79,8 @@ impl Pilot {
         let n = noise.samples as f64;
         let variance = |&[sum, squares]: &[f32; 2]| ((squares as f64 - (sum as f64).powi(2) / n) / (n - 1.0)).max(0.0);
         let bounced: Vec<f64> = bounced.iter().map(variance).collect();
-        let bounced = relative_variance(noise, &bounced, outliers(n));
-        let variance = relative_variance(noise, &noise.variances(), outliers(n));
+        let bounced = relative_variance(noise, &bounced);
+        let variance = relative_variance(noise, &noise.variances());
         let bounced_share = if variance > 0.0 { bounced / variance } else { 0.0 };
         Baseline { variances: Vec::new(), samples: noise.samples, cost: self.cost(), variance, bounced, bounced_share }
     }

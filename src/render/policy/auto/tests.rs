@@ -9,7 +9,7 @@ const PIXELS: u64 = 40_000;
 
 /// A grey picture of sixteen samples a pixel, whose samples have the given variance.
 fn noise(variance: f64) -> Noise {
-    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], mean: 0.0, samples: 16 }
+    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], samples: 16 }
 }
 
 /// A million paths of so many rays and seconds of processor time each.
@@ -121,10 +121,12 @@ fn a_trial_that_loses_ends_before_it_has_cost_much_of_the_budget() {
     assert!((trial.variance_ratio - 2.0).abs() < 1e-12 && trial.cost_ratio == 2.0);
     assert!((trial.gain() - 0.25).abs() < 1e-12);
     assert_eq!(plan(&auto), Plan { mode: Mode::Unguided, samples: LONGEST_ITERATION, continues: false, trains: false });
-    // where the budget is long the same is a small part of it; but not for ever
-    let losing = [(40.0, 10); 8];
+    // where the budget is long the same is a small part of it; but a larger part is never lost
+    let losing = [(40.0, 10); 24];
     assert!(tried(1e6, &losing[..2]).uses_guide());
-    assert!(!tried(1e6, &losing[..=MAX_LOSSES_IN_A_ROW as usize]).uses_guide());
+    let lost = tried(1e6, &losing).verdict().filter(|verdict| !verdict.guided).map(|verdict| verdict.lost);
+    let most = LOSS_SHARE * 1e6;
+    assert!(lost.is_some_and(|lost| (most / 4.0..most).contains(&lost)), "{lost:?}");
     // what costs as much and gets better stays
     assert!(tried(1e6, &[(40.0, 10), (30.0, 10), (22.0, 10), (16.0, 10), (11.0, 10), (8.0, 10)]).uses_guide());
 }
@@ -135,41 +137,46 @@ fn a_guide_that_wins_or_is_about_to_stays() {
         assert!(tried(budget, &[(12.0, 10), (4.0, 10), (4.0, 10), (4.0, 10), (4.0, 10)]).uses_guide(), "{budget}");
     }
     assert!(tried(100.0, &[(60.0, 10)]).uses_guide(), "a first trial says little, where there is time for another");
-    // before the last, one at little less than the unguided efficiency has roulette still to gain, and a bad one not enough
-    assert!(tried(40.0, &[(14.0, 10)]).uses_guide() && !tried(40.0, &[(30.0, 10)]).uses_guide());
+    // before the last, one at little less than the unguided efficiency may lose a little, and a bad one may not
+    assert!(tried(60.0, &[(12.4, 10); 2]).uses_guide() && !tried(60.0, &[(30.0, 10); 2]).uses_guide());
 }
 
 #[test]
 fn the_last_and_longest_iteration_is_for_a_guide_that_wins() {
-    // five sixths of the efficiency in the end: cheap as a trial, but not for the 60 samples that then are left
+    // three quarters of the efficiency in the end: cheap as a trial, but not for the 60 samples that then are left
     let trials = |last| [(14.0, 10), (12.4, 10), (11.1, 10), (last, 10)];
-    assert!(!tried(200.0, &trials(12.0)).uses_guide() && tried(200.0, &trials(9.5)).uses_guide());
-    assert!(tried(1e4, &trials(12.0)).uses_guide(), "there is time to learn more");
-}
-
-/// Whether the guide stays after a trial of four samples with the variance `trial` everywhere; `unguided` are those of one
-/// of `samples` samples before.
-fn stays(unguided: Vec<f64>, samples: u32, of_picture: f64, trial: f64) -> bool {
-    let mut auto = begun(10.0, 60.0);
-    auto.first_lesson(unguided, samples, 2, cost(&auto, &counters(5)));
-    auto.judge(&noise(of_picture), &vec![trial; PIXELS as usize], 4, cost(&auto, &counters(10)));
-    auto.uses_guide()
-}
-
-#[test]
-fn wild_light_may_cost_more_to_try() {
-    let stays = |variance: f64| stays(vec![variance; PIXELS as usize], 5, variance, 1.1 * variance);
-    assert!(!stays(20.0) && stays(400.0), "the same trial, of a variance that turned out to be so much larger");
+    assert!(!tried(200.0, &trials(13.0)).uses_guide() && tried(200.0, &trials(9.5)).uses_guide());
+    assert!(tried(1e4, &trials(13.0)).uses_guide(), "there is time to learn more");
 }
 
 #[test]
 fn a_guide_has_the_benefit_of_the_doubt_where_few_pixels_say_how_samples_vary() {
-    let stays = |bright: usize| {
-        // 20 on average, all of it in one of so many pixels
-        let variance = |i| if i % bright == 0 { 20.0 * bright as f64 } else { 0.0 };
-        stays((0..PIXELS as usize).map(variance).collect(), 1, 20.0, 22.0)
+    let stays = |every: usize| {
+        // 20 on average without outliers, all of it in one of so many pixels
+        let kept = PIXELS as f64 * 0.999;
+        let bright = 20.0 * kept / (PIXELS as f64 / every as f64 - (PIXELS as f64 - kept));
+        let unguided = (0..PIXELS as usize).map(|i| if i % every == 0 { bright } else { 0.0 }).collect();
+        let mut auto = begun(10.0, 60.0);
+        auto.first_lesson(unguided, 1, 2, cost(&auto, &counters(5)));
+        for samples in [2, 4] {
+            auto.judge(&noise(20.0), &vec![13.0; PIXELS as usize], samples, cost(&auto, &counters(10)));
+        }
+        auto.uses_guide()
     };
-    assert!(!stays(1) && !stays(5) && stays(1000), "the same trial, with a standard error of 0, 1 and 16 %");
+    assert!(!stays(1) && !stays(5) && stays(100), "the same trials, with a standard error of 0, 1 and 5 %");
+}
+
+#[test]
+fn a_few_pixels_have_no_say() {
+    // one pixel in a thousand varies so much that it would be all that is seen; of two, one is
+    let gain = |every: usize| {
+        let mut auto = begun(10.0, 1e4);
+        let guided = (0..PIXELS as usize).map(|i| if i % every == 0 { 1e9 } else { 20.0 }).collect::<Vec<_>>();
+        auto.first_lesson(vec![20.0; PIXELS as usize], 17, 1, cost(&auto, &counters(5)));
+        auto.judge(&noise(20.0), &guided, 2, cost(&auto, &counters(5)));
+        auto.verdict().and_then(|verdict| verdict.trial).expect("it was tried").gain()
+    };
+    assert!((gain(1000) - 1.0).abs() < 1e-9 && gain(500) < 1e-3, "{} and {}", gain(1000), gain(500));
 }
 
 #[test]
