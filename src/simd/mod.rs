@@ -11,7 +11,9 @@
 mod instructions;
 mod lanes;
 mod packing;
+mod prefetch;
 
 pub(crate) use lanes::{LANES, Lanes, each, mask, normalize_or, pick, truncate};
 pub use lanes::{Mask, Vec3Lanes};
 pub(crate) use packing::Packing;
+pub(crate) use prefetch::prefetch;

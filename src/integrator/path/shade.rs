@@ -37,6 +37,12 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         // Surfaces. A ray that left the scene sees the environment, and is done.
         self.compute_interactions(depth, packet);
 
+        // Pictures are in no cache; by now it is known for all where they are to be read.
+        let scene = self.integrator.scene;
+        for k in each(if scene.has_textures() { packet.met() } else { Mask::NONE }) {
+            scene.prefetch(packet.surfaces.material(k), packet.surfaces.uv(k));
+        }
+
         // Emission, weighted against the chance that next-event estimation had of drawing this direction.
         for k in each(packet.met()) {
             self.shade_hit(packet, k, depth);
