@@ -32,6 +32,8 @@ fn main() {
     link(&embree);
     generate(&embree);
     name_commit();
+    // Tests that look at instructions ask how far the program was optimised.
+    println!("cargo::rustc-env=PHOTOTAXIS_OPT_LEVEL={}", std::env::var("OPT_LEVEL").unwrap_or_default());
 }
 
 /// Sets PHOTOTAXIS_COMMIT to the commit that this folder is at, with `-dirty` where what the program is made of has been

@@ -61,27 +61,30 @@ impl CoatTable {
         CoatTable { transmittance: [1.0; NODES], mean_transmittance: 1.0, internal_reflectance, ..table }
     }
 
+    #[inline(always)]
     pub fn microfacet(&self) -> &Microfacet {
         &self.microfacet
     }
 
+    #[inline(always)]
     pub fn eta(&self) -> f32 {
         self.eta
     }
 
     /// Share of light at cosine `cos` ≥ 0 that enters.
-    #[inline]
+    #[inline(always)]
     pub fn transmittance(&self, cos: f32) -> f32 {
         interpolate(&self.transmittance, cos)
     }
 
     /// Share of light at cosine `cos` ≥ 0 that is reflected; with [`Self::transmittance`] at most 1, but of [`Self::additive`].
-    #[inline]
+    #[inline(always)]
     pub fn reflectance(&self, cos: f32) -> f32 {
         interpolate(&self.reflectance, cos)
     }
 
     /// Cosine-weighted mean of [`Self::transmittance`].
+    #[inline(always)]
     pub fn mean_transmittance(&self) -> f32 {
         self.mean_transmittance
     }

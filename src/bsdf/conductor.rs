@@ -86,7 +86,7 @@ pub(crate) enum Metal {
 
 impl Metal {
     /// Fresnel reflectance at cosine `cos` ≥ 0.
-    #[inline]
+    #[inline(always)]
     pub fn fresnel(&self, cos: f32) -> Rgb {
         match *self {
             Metal::Perfect => Rgb::ONE,

@@ -1,12 +1,14 @@
 //! Leaves and paper: Lambertian on both sides.
 
+use super::lanes::{LobeNumbers, SameMaterial};
 use super::model::{BsdfParameters, Prepared};
-use super::{BLACK, BsdfSample, BsdfTables, DIFFUSE, Model, Scatter, choice};
+use super::{BLACK, BsdfSample, BsdfTables, DIFFUSE, Model, Scatter, choice, mirrored};
 use crate::Result;
 use crate::document::key;
 use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::simd::{Lanes, Vec3Lanes, pick};
 use crate::texture::ColorTexture;
 use glam::Vec3;
 
@@ -60,6 +62,29 @@ impl Prepared for DiffuseTransmitterModel {
     fn at(&self, [reflectance, transmittance]: [Rgb; 2]) -> DiffuseTransmitter {
         DiffuseTransmitter { reflectance, transmittance }
     }
+
+    fn in_lanes(&self) -> bool {
+        true
+    }
+
+    #[inline(never)]
+    fn eval_pdf_lanes(&self, surfaces: &SameMaterial, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+        surfaces.eval_pdf(wi, |colors| self.at(colors), f, pdf);
+    }
+
+    #[inline(never)]
+    fn draw_lanes(&self, surfaces: &SameMaterial, numbers: &LobeNumbers, wi: &mut Vec3Lanes) {
+        surfaces.draw(numbers, |colors, wo, lobe, u, _| self.at(colors).draw(wo, lobe, u), wi);
+    }
+
+    fn draws_in_lanes(&self) -> bool {
+        true
+    }
+
+    #[inline(never)]
+    fn albedo_lanes(&self, surfaces: &SameMaterial, albedo: &mut Vec3Lanes) {
+        surfaces.albedo(|colors| self.at(colors), albedo);
+    }
 }
 
 /// f = reflectance/π on the side of wo, transmittance/π on the other.
@@ -69,10 +94,21 @@ pub(crate) struct DiffuseTransmitter {
     pub transmittance: Rgb,
 }
 
+impl DiffuseTransmitter {
+    /// The direction of [`Scatter::sample`].
+    #[inline(always)]
+    fn draw(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<Vec3> {
+        let reflect = choice(self.reflectance, self.transmittance)?;
+        let wi = square_to_cosine_hemisphere(u);
+        Some(pick((wo.z < 0.0) == (u_lobe < reflect), mirrored(wi), wi))
+    }
+}
+
 impl Scatter for DiffuseTransmitter {
     const SMOOTH: bool = true;
     const OPAQUE: bool = false;
 
+    #[inline(always)]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         let Some(reflect) = choice(self.reflectance, self.transmittance) else { return BLACK };
         let cosine = square_to_cosine_hemisphere_pdf(wi.abs());
@@ -86,14 +122,11 @@ impl Scatter for DiffuseTransmitter {
     }
 
     fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
-        let reflect = choice(self.reflectance, self.transmittance)?;
-        let mut wi = square_to_cosine_hemisphere(u);
-        if (wo.z < 0.0) == (u_lobe < reflect) {
-            wi.z = -wi.z;
-        }
+        let wi = self.draw(wo, u_lobe, u)?;
         BsdfSample::smooth(wi, self.eval_pdf(wo, wi), 1.0)
     }
 
+    #[inline(always)]
     fn albedo(&self, _wo: Vec3) -> Rgb {
         self.reflectance + self.transmittance
     }

@@ -7,7 +7,7 @@ use glam::Vec3;
 ///
 /// `cos` ≥ 0 is the cosine of incidence, `eta` the index behind the interface over that before it. Under total
 /// internal reflection the result is (1, 0).
-#[inline]
+#[inline(always)]
 pub fn dielectric(cos: f32, eta: f32) -> (f32, f32) {
     let sin2_t = (1.0 - cos * cos).max(0.0) / (eta * eta);
     if eta == 1.0 {
@@ -24,7 +24,7 @@ pub fn dielectric(cos: f32, eta: f32) -> (f32, f32) {
 
 /// Reflectance of a conductor with complex index `eta` + i`k` relative to the medium before it, per channel, at
 /// cosine `cos` ≥ 0 (Born & Wolf 1999, §14.2, squared amplitudes in real arithmetic).
-#[inline]
+#[inline(always)]
 pub fn conductor(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
     let cos2 = cos * cos;
     let sin2 = (1.0 - cos2).max(0.0);
@@ -38,12 +38,13 @@ pub fn conductor(cos: f32, eta: Rgb, k: Rgb) -> Rgb {
     0.5 * (s + p)
 }
 
+#[inline(always)]
 fn sqrt(v: Vec3) -> Vec3 {
     Vec3::new(v.x.max(0.0).sqrt(), v.y.max(0.0).sqrt(), v.z.max(0.0).sqrt())
 }
 
 /// Schlick's weight (1 − cosθ)⁵ (1994).
-#[inline]
+#[inline(always)]
 pub fn schlick_weight(cos: f32) -> f32 {
     let m = (1.0 - cos).clamp(0.0, 1.0);
     let m2 = m * m;

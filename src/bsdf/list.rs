@@ -89,6 +89,26 @@ macro_rules! bsdfs {
                 dispatch!(Model, self, [$($($Kind)+)*], m => m.colors(colors))
             }
 
+            fn in_lanes(&self) -> bool {
+                dispatch!(Model, self, [$($($Kind)+)*], m => m.in_lanes())
+            }
+
+            fn draws_in_lanes(&self) -> bool {
+                dispatch!(Model, self, [$($($Kind)+)*], m => m.draws_in_lanes())
+            }
+
+            fn draw_lanes(&self, surfaces: &SameMaterial, numbers: &LobeNumbers, wi: &mut Vec3Lanes) {
+                dispatch!(Model, self, [$($($Kind)+)*], m => m.draw_lanes(surfaces, numbers, wi))
+            }
+
+            fn eval_pdf_lanes(&self, surfaces: &SameMaterial, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+                dispatch!(Model, self, [$($($Kind)+)*], m => m.eval_pdf_lanes(surfaces, wi, f, pdf))
+            }
+
+            fn albedo_lanes(&self, surfaces: &SameMaterial, albedo: &mut Vec3Lanes) {
+                dispatch!(Model, self, [$($($Kind)+)*], m => m.albedo_lanes(surfaces, albedo))
+            }
+
             /// With the colours of [`Self::colors`].
             #[inline(always)]
             fn at(&self, colors: [Rgb; 2]) -> BsdfKind<'_> {

@@ -46,7 +46,9 @@ pub use tables::BsdfTables;
 use crate::Result;
 use crate::fields::{FieldVisitor, Fields};
 use crate::math::{Rgb, luminance};
+use crate::simd::{Lanes, Vec3Lanes};
 use glam::Vec3;
+use lanes::{LobeNumbers, SameMaterial};
 use model::{BsdfParameters, Prepared};
 
 // What a type of material is called in scene files, its parameters, and the kinds of scattering that it may be.
@@ -84,7 +86,7 @@ pub struct BsdfSample {
 
 impl BsdfSample {
     /// A sample of the smooth lobes, given what they all evaluate to; `None` where their density vanishes.
-    #[inline]
+    #[inline(always)]
     fn smooth(wi: Vec3, (value, pdf): (Rgb, f32), eta: f32) -> Option<BsdfSample> {
         (pdf > 0.0).then(|| BsdfSample { wi, weight: value / pdf, pdf, delta: false, eta })
     }
@@ -146,7 +148,7 @@ pub(crate) trait Scatter {
 pub(crate) const DIFFUSE: f32 = f32::INFINITY;
 
 /// `w` on the other side of the surface.
-#[inline]
+#[inline(always)]
 fn mirrored(w: Vec3) -> Vec3 {
     Vec3::new(w.x, w.y, -w.z)
 }
@@ -155,7 +157,7 @@ fn mirrored(w: Vec3) -> Vec3 {
 const BLACK: (Rgb, f32) = (Rgb::ZERO, 0.0);
 
 /// Probability of choosing the first of two lobes in proportion to their luminance; `None` if both are black.
-#[inline]
+#[inline(always)]
 fn choice(a: Rgb, b: Rgb) -> Option<f32> {
     let (a, b) = (luminance(a), luminance(b));
     (a + b > 0.0).then(|| a / (a + b))

@@ -1,8 +1,10 @@
 //! From what a scene file says of a material to the BSDF at a point: everything but the colours is prepared once.
 
+use super::lanes::{LobeNumbers, SameMaterial};
 use super::{Bsdf, BsdfDescription, BsdfKind, BsdfTables, Model, Scatter};
 use crate::fields::{Fields, each_share, each_texture};
 use crate::math::Rgb;
+use crate::simd::{Lanes, Vec3Lanes};
 use crate::texture::{ColorTexture, ScalarTexture};
 use crate::{Error, Result};
 
@@ -35,6 +37,33 @@ pub(crate) trait Prepared {
     }
 
     fn at(&self, colors: [Rgb; 2]) -> Self::At<'_>;
+
+    /// Whether a packet's surfaces of this material are worth to be evaluated side by side: where nothing of it takes a call or a
+    /// jump for each lane, so that the two loops below become vector instructions.
+    fn in_lanes(&self) -> bool {
+        false
+    }
+
+    /// [`Scatter::eval_pdf`] of surfaces of this material.
+    fn eval_pdf_lanes(&self, surfaces: &SameMaterial, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+        surfaces.eval_pdf(wi, |colors| self.at(colors), f, pdf);
+    }
+
+    /// Whether the same holds for drawing from them, of which no lobe is then a delta distribution.
+    fn draws_in_lanes(&self) -> bool {
+        false
+    }
+
+    /// The directions that [`Scatter::sample`] draws from surfaces of this material.
+    fn draw_lanes(&self, surfaces: &SameMaterial, numbers: &LobeNumbers, wi: &mut Vec3Lanes) {
+        let sample = |colors, wo, lobe, u, _| self.at(colors).sample(wo, lobe, u).map(|sample| sample.wi);
+        surfaces.draw(numbers, sample, wi);
+    }
+
+    /// [`Scatter::albedo`] of surfaces of this material.
+    fn albedo_lanes(&self, surfaces: &SameMaterial, albedo: &mut Vec3Lanes) {
+        surfaces.albedo(|colors| self.at(colors), albedo);
+    }
 }
 
 /// A material's scattering without its textures' colours.
@@ -49,6 +78,8 @@ pub struct BsdfModel {
     turns: bool,
     /// As [`Bsdf::roughness`].
     roughness: f32,
+    in_lanes: bool,
+    draws_in_lanes: bool,
 }
 
 /// The colours that [`BsdfModel::at`] wants, in its order.
@@ -76,7 +107,8 @@ impl BsdfModel {
         let model = description.model(tables)?;
         let (smooth, opaque, roughness) = model.at([Rgb::ZERO; 2]).traits();
         // two-sided means nothing for kinds that let light through
-        Ok(BsdfModel { model, smooth, opaque, turns: two_sided && opaque, roughness })
+        let (in_lanes, draws_in_lanes) = (model.in_lanes(), model.draws_in_lanes());
+        Ok(BsdfModel { model, smooth, opaque, turns: two_sided && opaque, roughness, in_lanes, draws_in_lanes })
     }
 
     /// The BSDF where the textures of the description, in their order, have these values.
@@ -93,6 +125,31 @@ impl BsdfModel {
     #[inline(always)]
     pub(crate) fn is_diffuse(&self) -> bool {
         matches!(self.model, Model::Diffuse(_))
+    }
+
+    /// As of [`Prepared::in_lanes`].
+    pub(super) fn in_lanes(&self) -> bool {
+        self.in_lanes
+    }
+
+    /// [`Bsdf::eval_pdf`] of the surfaces of a packet that are of this material, about the normals of their shading frames.
+    pub(super) fn eval_pdf_lanes(&self, surfaces: &SameMaterial, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+        self.model.eval_pdf_lanes(surfaces, wi, f, pdf);
+    }
+
+    /// As of [`Prepared::draws_in_lanes`].
+    pub(super) fn draws_in_lanes(&self) -> bool {
+        self.draws_in_lanes
+    }
+
+    /// Directions as of [`Bsdf::sample`] of the same.
+    pub(super) fn draw_lanes(&self, surfaces: &SameMaterial, numbers: &LobeNumbers, wi: &mut Vec3Lanes) {
+        self.model.draw_lanes(surfaces, numbers, wi);
+    }
+
+    /// [`Bsdf::albedo`] of the same.
+    pub(super) fn albedo_lanes(&self, surfaces: &SameMaterial, albedo: &mut Vec3Lanes) {
+        self.model.albedo_lanes(surfaces, albedo);
     }
 
     #[inline(always)]

@@ -2,6 +2,7 @@
 
 use super::coat::Entering;
 use super::interface::{checked_alpha, checked_eta, indices, rough};
+use super::lanes::SameMaterial;
 use super::model::{BsdfParameters, Prepared, checked_color};
 use super::rough_plastic::RoughPlasticModel;
 use super::{BLACK, BsdfSample, BsdfTables, DIFFUSE, MicrofacetDistribution, Model, Scatter, choice, fresnel};
@@ -10,6 +11,7 @@ use crate::document::{UNIT, key};
 use crate::fields::{FieldVisitor, Fields};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::simd::{Lanes, Vec3Lanes};
 use crate::texture::ColorTexture;
 use glam::Vec3;
 
@@ -124,6 +126,20 @@ impl Prepared for PlasticModel {
     fn at(&self, [base, _]: [Rgb; 2]) -> Plastic {
         Plastic { base, specular: self.specular, coat: self.coat }
     }
+
+    fn in_lanes(&self) -> bool {
+        true
+    }
+
+    #[inline(never)]
+    fn eval_pdf_lanes(&self, surfaces: &SameMaterial, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+        surfaces.eval_pdf(wi, |colors| self.at(colors), f, pdf);
+    }
+
+    #[inline(never)]
+    fn albedo_lanes(&self, surfaces: &SameMaterial, albedo: &mut Vec3Lanes) {
+        surfaces.albedo(|colors| self.at(colors), albedo);
+    }
 }
 
 /// The coat, computed once per material.
@@ -168,6 +184,7 @@ pub(crate) struct Plastic {
 
 impl Plastic {
     /// Albedos from wo: of the coat, and of the base.
+    #[inline(always)]
     fn albedos(&self, wo: Vec3) -> (Rgb, Rgb) {
         let (f, _) = fresnel::dielectric(wo.z, self.coat.eta);
         (f * self.specular, ((1.0 - f) * self.coat.mean_transmittance) * self.base)
@@ -178,6 +195,7 @@ impl Scatter for Plastic {
     const SMOOTH: bool = true;
     const OPAQUE: bool = true;
 
+    #[inline(always)]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return BLACK;
@@ -203,6 +221,7 @@ impl Scatter for Plastic {
         BsdfSample::smooth(wi, self.eval_pdf(wo, wi), 1.0)
     }
 
+    #[inline(always)]
     fn albedo(&self, wo: Vec3) -> Rgb {
         if wo.z <= 0.0 {
             return Rgb::ZERO;

@@ -3,12 +3,14 @@
 //! original it may reflect a little more than it receives (rough, bright bases at grazing angles), and a rough metal
 //! less, unless light that facets send to each other comes back.
 
+mod clearcoat;
 mod textured;
 
 pub(crate) use textured::TexturedPrincipledModel;
 
-use super::microfacet::Microfacet;
+use super::lanes::{LobeNumbers, SameMaterial};
 use super::microfacet::MicrofacetDistribution::Ggx;
+use super::microfacet::{Microfacet, sin_cos_turn};
 use super::model::{BsdfParameters, Prepared, out_of_domain};
 use super::multiple_scattering::{Loss, LossTable};
 use super::rough_conductor::{reflection_pdf, sample_reflection};
@@ -18,9 +20,11 @@ use crate::document::{Key, UNIT, key};
 use crate::fields::{FieldVisitor, Fields};
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use crate::math::{Rgb, luminance};
+use crate::simd::{Lanes, Vec3Lanes, pick};
 use crate::texture::{ColorTexture, ScalarTexture};
+use clearcoat::Clearcoat;
 use glam::Vec3;
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 /// What an artist sets, every number in [0, 1]; names and defaults as of Burley.
@@ -148,6 +152,33 @@ impl Prepared for PrincipledModel {
     fn at(&self, [base_color, _]: [Rgb; 2]) -> Principled<'_> {
         Principled { base_color, lobes: &self.lobes, loss: self.loss(self.lobes.set.roughness) }
     }
+
+    fn in_lanes(&self) -> bool {
+        self.loss.is_none()
+    }
+
+    #[inline(never)]
+    fn eval_pdf_lanes(&self, surfaces: &SameMaterial, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+        let lobes = self.lobes.known_as_ggx();
+        surfaces.eval_pdf(wi, |[base_color, _]| Principled { base_color, lobes: &lobes, loss: None }, f, pdf);
+    }
+
+    #[inline(never)]
+    fn draw_lanes(&self, surfaces: &SameMaterial, numbers: &LobeNumbers, wi: &mut Vec3Lanes) {
+        let lobes = self.lobes.known_as_ggx().known_without_coat();
+        let at = |[base_color, _]: [Rgb; 2]| Principled { base_color, lobes: &lobes, loss: None };
+        surfaces.draw(numbers, |colors, wo, lobe, u, turn| at(colors).draw(wo, lobe, u, || turn), wi);
+    }
+
+    fn draws_in_lanes(&self) -> bool {
+        self.loss.is_none() && self.lobes.set.clearcoat == 0.0
+    }
+
+    #[inline(never)]
+    fn albedo_lanes(&self, surfaces: &SameMaterial, albedo: &mut Vec3Lanes) {
+        let lobes = self.lobes.known_as_ggx();
+        surfaces.albedo(|[base_color, _]| Principled { base_color, lobes: &lobes, loss: None }, albedo);
+    }
 }
 
 /// The parameters and what follows from them, computed once per material.
@@ -182,16 +213,32 @@ impl PrincipledLobes {
 }
 
 /// The index of refraction that reflects 0.08·specular at normal incidence.
+#[inline(always)]
 fn eta_of(specular: f32) -> f32 {
     2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0
 }
 
+#[inline(always)]
 fn alpha_of(roughness: f32) -> f32 {
     (roughness * roughness).max(1e-3)
 }
 
 impl PrincipledLobes {
+    /// As of [`Microfacet::known_as_ggx`].
+    #[inline(always)]
+    fn known_as_ggx(self) -> PrincipledLobes {
+        PrincipledLobes { facets: self.facets.known_as_ggx(), ..self }
+    }
+
+    /// The same where it is known already that there is no clear coat, of which directions take calls.
+    #[inline(always)]
+    fn known_without_coat(self) -> PrincipledLobes {
+        debug_assert_eq!(self.set.clearcoat, 0.0);
+        PrincipledLobes { set: Shares { clearcoat: 0.0, ..self.set }, ..self }
+    }
+
     /// The same with other shares: metallic, roughness and specular.
+    #[inline(always)]
     fn with(mut self, shares: Rgb) -> PrincipledLobes {
         let [metallic, roughness, specular] = shares.clamp(Rgb::ZERO, Rgb::ONE).to_array();
         (self.set.metallic, self.set.roughness, self.eta) = (metallic, roughness, eta_of(specular));
@@ -217,6 +264,7 @@ struct Choice {
 
 impl Principled<'_> {
     /// The base colour without its brightness.
+    #[inline(always)]
     fn tint(&self) -> Rgb {
         let l = luminance(self.base_color);
         if l > 0.0 { self.base_color / l } else { Rgb::ONE }
@@ -224,22 +272,20 @@ impl Principled<'_> {
 
     /// Fresnel reflectance of facets met at cosine `cos`: metallic by Schlick from the base colour, dielectric
     /// exact, its tinted share by Schlick.
+    #[inline(always)]
     fn fresnel(&self, cos: f32) -> Rgb {
         let PrincipledLobes { set, eta, .. } = self.lobes;
         let schlick = |r0: Rgb| r0 + (Rgb::ONE - r0) * fresnel::schlick_weight(cos);
         let (dielectric, _) = fresnel::dielectric(cos, *eta);
         let mut f = Rgb::splat((1.0 - set.metallic) * (1.0 - set.spec_tint) * dielectric);
-        if set.metallic > 0.0 {
-            f += set.metallic * schlick(self.base_color);
-        }
-        if set.spec_tint > 0.0 {
-            let r0 = ((eta - 1.0) / (eta + 1.0)).powi(2);
-            f += (1.0 - set.metallic) * set.spec_tint * schlick(r0 * self.tint());
-        }
-        f
+        // choices and no jumps: in a loop over lanes compilers would pull those out of the loop, and leave it in pieces
+        f = pick(set.metallic > 0.0, f + set.metallic * schlick(self.base_color), f);
+        let r0 = ((eta - 1.0) / (eta + 1.0)).powi(2);
+        pick(set.spec_tint > 0.0, f + (1.0 - set.metallic) * set.spec_tint * schlick(r0 * self.tint()), f)
     }
 
     /// Diffuse, retro-reflective and sheen lobes; `cos_d` is that of both directions to their half-vector.
+    #[inline(always)]
     fn base(&self, cos_o: f32, cos_i: f32, cos_d: f32) -> Rgb {
         let set = &self.lobes.set;
         let (fo, fi) = (fresnel::schlick_weight(cos_o), fresnel::schlick_weight(cos_i));
@@ -254,22 +300,45 @@ impl Principled<'_> {
     }
 
     /// The lobe of light that has met several facets of the metal, and its colour.
+    #[inline(always)]
     fn multiple(&self) -> Option<(Loss<'_>, Rgb)> {
         let loss = self.loss.filter(|_| self.lobes.set.metallic > 0.0)?;
         Some((loss, self.lobes.set.metallic * loss.returned(fresnel::schlick_mean(self.base_color))))
     }
 
     /// What it adds to the albedo from wo.
+    #[inline(always)]
     fn multiple_albedo(&self, wo: Vec3) -> Rgb {
         self.multiple().map_or(Rgb::ZERO, |(loss, color)| color * loss.at(wo.z))
     }
 
+    #[inline(always)]
     fn sheen_color(&self) -> Rgb {
         Rgb::ONE.lerp(self.tint(), self.lobes.set.sheen_tint)
     }
 
+    /// The direction of [`Scatter::sample`]; `turn` as of [`Microfacet::sample_visible_with`].
+    #[inline(always)]
+    fn draw(&self, wo: Vec3, u_lobe: f32, u: [f32; 2], turn: impl Fn() -> (f32, f32)) -> Option<Vec3> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let choice = self.choice(wo);
+        // the sharper lobe comes first
+        let coat_first = self.lobes.coat.alpha < self.lobes.facets.alpha();
+        let first = if coat_first { choice.coat } else { choice.specular };
+        if u_lobe >= choice.specular + choice.coat {
+            Some(square_to_cosine_hemisphere(u))
+        } else if self.lobes.set.clearcoat > 0.0 && (u_lobe < first) == coat_first {
+            Some(fresnel::reflect(wo, self.lobes.coat.sample(u)).normalize())
+        } else {
+            sample_reflection(&self.lobes.facets, wo, u, turn)
+        }
+    }
+
     /// In proportion to what the lobes reflect, roughly; multiple scattering counts as part of the base. The specular lobe, which covers all directions, always
     /// has a share, since it may be brighter off the macroscopic normal.
+    #[inline(always)]
     fn choice(&self, wo: Vec3) -> Choice {
         let set = &self.lobes.set;
         let specular = luminance(self.fresnel(wo.z)).max(0.04);
@@ -281,6 +350,7 @@ impl Principled<'_> {
     }
 
     /// A sharp lobe D·cosθi about the mirrored direction integrates to 4 cos²θ.
+    #[inline(always)]
     fn coat_albedo(&self, wo: Vec3) -> f32 {
         self.lobes.set.clearcoat * Clearcoat::fresnel(wo.z) * wo.z * wo.z
     }
@@ -290,28 +360,17 @@ impl Scatter for Principled<'_> {
     const SMOOTH: bool = true;
     const OPAQUE: bool = true;
 
+    #[inline(always)]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         self.eval_pdf_rough(wo, wi, 0.0)
     }
 
     fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
-        if wo.z <= 0.0 {
-            return None;
-        }
-        let choice = self.choice(wo);
-        // the sharper lobe comes first
-        let coat_first = self.lobes.coat.alpha < self.lobes.facets.alpha();
-        let first = if coat_first { choice.coat } else { choice.specular };
-        let wi = if u_lobe >= choice.specular + choice.coat {
-            square_to_cosine_hemisphere(u)
-        } else if (u_lobe < first) == coat_first {
-            fresnel::reflect(wo, self.lobes.coat.sample(u)).normalize()
-        } else {
-            sample_reflection(&self.lobes.facets, wo, u)?
-        };
+        let wi = self.draw(wo, u_lobe, u, || sin_cos_turn(u[0]))?;
         BsdfSample::smooth(wi, self.eval_pdf(wo, wi), 1.0)
     }
 
+    #[inline(always)]
     fn albedo(&self, wo: Vec3) -> Rgb {
         if wo.z <= 0.0 {
             return Rgb::ZERO;
@@ -338,6 +397,7 @@ impl Scatter for Principled<'_> {
         }
     }
 
+    #[inline(always)]
     fn eval_pdf_rough(&self, wo: Vec3, wi: Vec3, alpha: f32) -> (Rgb, f32) {
         let PrincipledLobes { set, facets, coat, .. } = self.lobes;
         let Some((m, specular_pdf)) = reflection_pdf(facets, wo, wi) else { return BLACK };
@@ -363,47 +423,9 @@ impl Scatter for Principled<'_> {
         Gloss::new(self.lobes.facets.alpha(), self.fresnel(wo.z), self.diffuse_albedo(wo))
     }
 
+    #[inline(always)]
     fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
         let diffuse = (1.0 - self.lobes.set.metallic) * self.base_color;
         if wo.z > 0.0 { diffuse + self.multiple_albedo(wo) } else { Rgb::ZERO }
-    }
-}
-
-/// The clear coat: Burley's GTR1 distribution, Schlick's Fresnel from 0.04, shadowing as of GGX with alpha 0.25.
-#[derive(Clone, Copy, Debug)]
-struct Clearcoat {
-    alpha: f32,
-}
-
-impl Clearcoat {
-    fn fresnel(cos: f32) -> f32 {
-        0.04 + 0.96 * fresnel::schlick_weight(cos)
-    }
-
-    /// F·D·G·cosθi/4: Burley's lobe has no 1/(4 cosθo cosθi).
-    fn eval(&self, wo: Vec3, wi: Vec3, m: Vec3) -> f32 {
-        let shadowing = Microfacet::new(Ggx, 0.25);
-        let g = shadowing.g1(wo) * shadowing.g1(wi);
-        0.25 * Clearcoat::fresnel(wo.dot(m)) * self.d(m) * g * wi.z
-    }
-
-    /// D(m) = (α² − 1)/(π ln α² (1 + (α² − 1) cos²θm)); ∫D cosθm dωm = 1 (Burley 2012, appendix B).
-    fn d(&self, m: Vec3) -> f32 {
-        let a2 = self.alpha * self.alpha;
-        // 1 + (α² − 1) cos² without cancellation near the pole
-        let t = m.x * m.x + m.y * m.y + a2 * m.z * m.z;
-        (a2 - 1.0) * FRAC_1_PI / (a2.ln() * t)
-    }
-
-    fn sample(&self, u: [f32; 2]) -> Vec3 {
-        let a2 = self.alpha * self.alpha;
-        let cos2 = ((1.0 - a2.powf(1.0 - u[0])) / (1.0 - a2)).clamp(0.0, 1.0);
-        let (sin, (sin_phi, cos_phi)) = ((1.0 - cos2).sqrt(), (TAU * u[1]).sin_cos());
-        Vec3::new(sin * cos_phi, sin * sin_phi, cos2.sqrt())
-    }
-
-    /// Density of wi when m is drawn by [`Self::sample`] and wo mirrored at it.
-    fn pdf(&self, wo: Vec3, m: Vec3) -> f32 {
-        0.25 * self.d(m) * m.z / wo.dot(m)
     }
 }

@@ -1,12 +1,15 @@
 //! A diffuse base under a rough dielectric coat.
 
 use super::coat::CoatTable;
+use super::lanes::{LobeNumbers, SameMaterial};
+use super::microfacet::{Microfacet, sin_cos_turn};
 use super::model::Prepared;
 use super::plastic::base_under_coat;
 use super::rough_conductor::{reflection_pdf, sample_reflection};
 use super::{BLACK, BsdfSample, Gloss, Scatter, choice, fresnel};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::simd::{Lanes, Vec3Lanes};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -28,7 +31,31 @@ impl Prepared for RoughPlasticModel {
 
     #[inline(always)]
     fn at(&self, [base, _]: [Rgb; 2]) -> RoughPlastic<'_> {
-        RoughPlastic { base, specular: self.specular, coat: &self.coat }
+        RoughPlastic { base, specular: self.specular, coat: &self.coat, microfacet: *self.coat.microfacet() }
+    }
+
+    fn in_lanes(&self) -> bool {
+        self.coat.microfacet().is_ggx()
+    }
+
+    #[inline(never)]
+    fn eval_pdf_lanes(&self, surfaces: &SameMaterial, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+        surfaces.eval_pdf(wi, |colors| self.at(colors).known_as_ggx(), f, pdf);
+    }
+
+    #[inline(never)]
+    fn draw_lanes(&self, surfaces: &SameMaterial, numbers: &LobeNumbers, wi: &mut Vec3Lanes) {
+        let at = |colors| self.at(colors).known_as_ggx();
+        surfaces.draw(numbers, |colors, wo, lobe, u, turn| at(colors).draw(wo, lobe, u, || turn), wi);
+    }
+
+    fn draws_in_lanes(&self) -> bool {
+        self.in_lanes()
+    }
+
+    #[inline(never)]
+    fn albedo_lanes(&self, surfaces: &SameMaterial, albedo: &mut Vec3Lanes) {
+        surfaces.albedo(|colors| self.at(colors), albedo);
     }
 }
 
@@ -40,13 +67,36 @@ pub(crate) struct RoughPlastic<'s> {
     /// Times the coat's reflection.
     pub specular: Rgb,
     pub coat: &'s CoatTable,
+    /// Of the coat.
+    microfacet: Microfacet,
 }
 
 impl RoughPlastic<'_> {
+    /// As of [`Microfacet::known_as_ggx`].
+    #[inline(always)]
+    fn known_as_ggx(self) -> Self {
+        RoughPlastic { microfacet: self.microfacet.known_as_ggx(), ..self }
+    }
+
     /// Albedos from wo: of the coat, and of the base.
+    #[inline(always)]
     fn albedos(&self, wo: Vec3) -> (Rgb, Rgb) {
         let entering = self.coat.transmittance(wo.z) * self.coat.mean_transmittance();
         (self.coat.reflectance(wo.z) * self.specular, entering * self.base)
+    }
+
+    /// The direction of [`Scatter::sample`]; `turn` as of [`Microfacet::sample_visible_with`].
+    #[inline(always)]
+    fn draw(&self, wo: Vec3, u_lobe: f32, u: [f32; 2], turn: impl Fn() -> (f32, f32)) -> Option<Vec3> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let (coat, base) = self.albedos(wo);
+        if u_lobe < choice(coat, base)? {
+            sample_reflection(&self.microfacet, wo, u, turn)
+        } else {
+            Some(square_to_cosine_hemisphere(u))
+        }
     }
 
     /// The base's share of `eval_pdf`.
@@ -66,8 +116,9 @@ impl Scatter for RoughPlastic<'_> {
     const SMOOTH: bool = true;
     const OPAQUE: bool = true;
 
+    #[inline(always)]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
-        let microfacet = self.coat.microfacet();
+        let microfacet = &self.microfacet;
         let Some((m, coat_pdf)) = reflection_pdf(microfacet, wo, wi) else { return BLACK };
         let (coat, base) = self.albedos(wo);
         let Some(p) = choice(coat, base) else { return BLACK };
@@ -79,18 +130,11 @@ impl Scatter for RoughPlastic<'_> {
     }
 
     fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<BsdfSample> {
-        if wo.z <= 0.0 {
-            return None;
-        }
-        let (coat, base) = self.albedos(wo);
-        let wi = if u_lobe < choice(coat, base)? {
-            sample_reflection(self.coat.microfacet(), wo, u)?
-        } else {
-            square_to_cosine_hemisphere(u)
-        };
+        let wi = self.draw(wo, u_lobe, u, || sin_cos_turn(u[0]))?;
         BsdfSample::smooth(wi, self.eval_pdf(wo, wi), 1.0)
     }
 
+    #[inline(always)]
     fn albedo(&self, wo: Vec3) -> Rgb {
         if wo.z <= 0.0 {
             return Rgb::ZERO;
@@ -100,7 +144,7 @@ impl Scatter for RoughPlastic<'_> {
     }
 
     fn roughness(&self) -> f32 {
-        self.coat.microfacet().alpha()
+        self.microfacet.alpha()
     }
 
     fn sharp_probability(&self, wo: Vec3, alpha: f32) -> f32 {

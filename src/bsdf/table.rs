@@ -1,5 +1,7 @@
 //! Numbers by the cosine of a direction, at equidistant nodes, and points over the visible normals that they are computed with.
 
+use crate::simd::truncate;
+
 /// Nodes of a table, equidistant in cosθ from 0 to 1.
 pub(super) const NODES: usize = 64;
 
@@ -8,10 +10,10 @@ pub(super) fn node(i: usize) -> f32 {
     (i as f32 / (NODES - 1) as f32).max(1e-6)
 }
 
-#[inline]
+#[inline(always)]
 pub(super) fn interpolate(table: &[f32; NODES], cos: f32) -> f32 {
     let x = cos.clamp(0.0, 1.0) * (NODES - 1) as f32;
-    let i = (x as usize).min(NODES - 2);
+    let i = (truncate(x) as usize).min(NODES - 2);
     let t = x - i as f32;
     table[i] + t * (table[i + 1] - table[i])
 }

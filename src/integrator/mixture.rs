@@ -24,6 +24,12 @@ const MIN_GLOSSY_ROUGHNESS: f32 = 0.08;
 /// The largest number below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
+/// The number by which a BSDF chooses its lobe where no guide draws, from the one that would choose the guide's cell.
+#[inline(always)]
+pub(crate) fn lobe_number(cell: f64) -> f32 {
+    (cell as f32).min(BELOW_ONE)
+}
+
 /// What a guide's directions are drawn in proportion to, where it stands in for lobes of a BSDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum GuidedBy {
@@ -219,7 +225,7 @@ impl<'a> Mixture<'a> {
 
     #[inline(always)]
     fn sample_bsdf(&self, si: &SurfaceInteraction, wo: Vec3, numbers: &DirectionNumbers<1>) -> Option<DirectionSample> {
-        let lobe = self.lobe((numbers.cell[0] as f32).min(BELOW_ONE));
+        let lobe = self.lobe(lobe_number(numbers.cell[0]));
         let drawn = self.bsdf.sample(wo, lobe, numbers.point.map(|[u]| u))?;
         let wi = si.frame.to_world(drawn.wi);
         if !si.consistent(wi) || drawn.weight == Rgb::ZERO {

@@ -5,6 +5,7 @@ mod guided;
 mod light;
 mod outcome;
 mod packet;
+mod scatter;
 mod shade;
 
 use super::backward_pass::WaveRecord;

@@ -10,6 +10,7 @@ use crate::image::picture::{self, Picture, Samples};
 use crate::io::{canon, memory};
 use crate::math::Rgb;
 use crate::math::alias::AliasTable;
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each};
 use crate::{Error, Result};
 use glam::{Affine3A, DVec3, Mat3, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -123,6 +124,17 @@ impl LightSource for Box<Environment> {
         Some(LightSample::far(wi, radiance, pdf, false))
     }
 
+    fn sample_lanes(
+        &self,
+        lanes: Mask,
+        _p: &Vec3Lanes,
+        u_cell: &[f64; LANES],
+        u: &[Lanes; 2],
+        samples: &mut [Option<LightSample>; LANES],
+    ) {
+        Environment::sample_lanes(self, lanes, u_cell, u, samples);
+    }
+
     fn surrounds(&self) -> bool {
         true
     }
@@ -160,6 +172,8 @@ pub(crate) struct Environment {
     cells: Vec<Option<AliasTable>>,
     /// 1/sr, per row: the inverse of one cell's solid angle.
     inverse_solid_angle: Vec<f64>,
+    /// Cosines of the polar angles of the rows of pixels.
+    cosines: Vec<f64>,
     /// ∫ luminance dω over the sphere, in W/m² by luminance.
     pub(super) luminance_integral: f64,
     /// How many pixels had a component below zero.
@@ -198,10 +212,12 @@ impl Environment {
             rows: None,
             cells: Vec::new(),
             inverse_solid_angle: Vec::new(),
+            cosines: Vec::new(),
             luminance_integral: 0.0,
             negative_pixels: 0,
         };
         environment.scale_pixels(scale)?;
+        environment.cosines = (0..height as usize).map(|row| environment.polar_angle(row).cos()).collect();
         environment.build_distribution();
         Ok(environment)
     }
@@ -225,15 +241,53 @@ impl Environment {
     pub fn sample(&self, u_cell: f64, u: [f32; 2]) -> Option<(Vec3, Rgb, f32)> {
         let (row, rest) = self.rows.as_ref()?.sample_wide(u_cell);
         let (column, _) = self.cells[row].as_ref()?.sample_wide(rest);
+        let (wi, place) = self.direction([column, row], u);
+        Some((wi, place.blend(&self.corners([column, row])), self.cell_pdf(row, column)))
+    }
+
+    /// [`Self::sample`] for the lanes of a packet. Tables and pixels of a large picture are in no cache: what one step reads for
+    /// all lanes is on its way at once.
+    fn sample_lanes(
+        &self,
+        lanes: Mask,
+        u_cell: &[f64; LANES],
+        u: &[Lanes; 2],
+        samples: &mut [Option<LightSample>; LANES],
+    ) {
+        let Some(rows) = &self.rows else { return each(lanes).for_each(|k| samples[k] = None) };
+        let (row, rest) = rows.sample_lanes(u_cell);
+        let (mut cells, mut drawn) = ([rows; LANES], Mask::NONE);
+        for k in each(lanes) {
+            samples[k] = None;
+            if let Some(of_row) = &self.cells[row[k] as usize] {
+                cells[k] = of_row;
+                drawn.set(k, true);
+            }
+        }
+        let (column, _) = AliasTable::sample_each(&cells, &rest);
+        let cell = |k: usize| [column[k] as usize, row[k] as usize];
+        let (mut corners, mut pdf) = ([[Rgb::ZERO; 4]; LANES], [0.0; LANES]);
+        for k in each(drawn) {
+            corners[k] = self.corners(cell(k));
+            pdf[k] = self.cell_pdf(row[k] as usize, column[k] as usize);
+        }
+        for k in each(drawn) {
+            let (wi, place) = self.direction(cell(k), [u[0][k], u[1][k]]);
+            samples[k] = Some(LightSample::far(wi, place.blend(&corners[k]), pdf[k], false));
+        }
+    }
+
+    /// The direction of the place `u` of a cell, in world space, and that place, which is uniform by solid angle.
+    #[inline(always)]
+    fn direction(&self, [column, row]: [usize; 2], u: [f32; 2]) -> (Vec3, Place) {
         let (s, c) = (u[0] as f64, u[1] as f64);
-        let (upper, lower) = (self.polar_angle(row).cos(), self.polar_angle(row + 1).cos());
+        let (upper, lower) = (self.cosines[row], self.cosines[row + 1]);
         let cos = upper + (lower - upper) * c;
         let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
         let t = (sin.atan2(cos) / self.polar_angle(1) - row as f64).clamp(0.0, 1.0);
         let (sin_phi, cos_phi) = (TAU * (column as f64 + 0.5 + s) / self.width as f64).sin_cos();
         let local = DVec3::new(sin_phi * sin, cos, -cos_phi * sin).as_vec3();
-        let radiance = self.bilinear(&Place { column, row, s, t });
-        Some((self.to_world * local, radiance, self.cell_pdf(row, column)))
+        (self.to_world * local, Place { column, row, s, t })
     }
 
     fn scale_pixels(&mut self, scale: Rgb) -> Result<()> {
@@ -319,13 +373,24 @@ impl Environment {
     }
 
     fn bilinear(&self, place: &Place) -> Rgb {
-        let (s, t) = (place.s as f32, place.t as f32);
-        let right = (place.column + 1) % self.width;
-        let between = |row: usize| {
-            let row = &self.pixels[row * self.width..][..self.width];
-            row[place.column].lerp(row[right], s)
-        };
-        between(place.row).lerp(between(place.row + 1), t)
+        place.blend(&self.corners([place.column, place.row]))
+    }
+
+    /// The pixels around a cell: left and right of the upper row, left and right of the lower.
+    #[inline(always)]
+    fn corners(&self, [column, row]: [usize; 2]) -> [Rgb; 4] {
+        let right = if column + 1 < self.width { column + 1 } else { 0 };
+        let rows = &self.pixels[row * self.width..][..2 * self.width];
+        [column, right, self.width + column, self.width + right].map(|pixel| rows[pixel])
+    }
+}
+
+impl Place {
+    /// The radiance there, between that of the corners of the cell, as of [`Environment::corners`].
+    #[inline(always)]
+    fn blend(&self, corners: &[Rgb; 4]) -> Rgb {
+        let (s, t) = (self.s as f32, self.t as f32);
+        corners[0].lerp(corners[1], s).lerp(corners[2].lerp(corners[3], s), t)
     }
 }
 

@@ -8,7 +8,7 @@ use super::tree::{Choice, ChoiceLanes, LightTree};
 use super::triangle::{AreaLight, EmissiveTriangle, View};
 use super::{EmitterPattern, Light, LightSample, LightSampleContext, LightSampler};
 use crate::math::Rgb;
-use crate::simd::{LANES, Mask, Vec3Lanes};
+use crate::simd::{LANES, Mask, Vec3Lanes, each, mask};
 use crate::{Error, Result};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -181,7 +181,7 @@ impl Lights {
     }
 
     /// [`Self::sample`] where the choice has fallen on a light that is no triangle.
-    pub(super) fn sample_other(
+    fn sample_other(
         &self,
         by: LightSampler,
         choice: &Choice,
@@ -189,7 +189,41 @@ impl Lights {
         u: [f32; 2],
     ) -> Option<LightSample> {
         let k = choice.light as usize - self.triangles.len();
-        let mut sample = self.others[k].sample(ctx.p, choice.rest, u)?;
+        self.weighed(by, choice, ctx, self.others[k].sample(ctx.p, choice.rest, u)?)
+    }
+
+    /// The same for the `lanes` of a packet; others are left as they are.
+    pub(super) fn sample_others(
+        &self,
+        by: LightSampler,
+        lanes: Mask,
+        choice: &ChoiceLanes,
+        [p, n]: [&Vec3Lanes; 2],
+        u: &[[f32; LANES]; 2],
+        samples: &mut [Option<LightSample>; LANES],
+    ) {
+        let mut left = lanes;
+        while let Some(first) = each(left).next() {
+            let light = choice.light[first];
+            let same = left & mask(|k| choice.light[k] == light);
+            self.others[light as usize - self.triangles.len()].sample_lanes(same, p, &choice.rest, u, samples);
+            left = left & !same;
+        }
+        for k in each(lanes) {
+            let ctx = LightSampleContext { p: p.get(k), n: n.get(k) };
+            samples[k] = samples[k].and_then(|sample| self.weighed(by, &choice.get(k), &ctx, sample));
+        }
+    }
+
+    /// A draw from the light that was chosen as one from all lights.
+    fn weighed(
+        &self,
+        by: LightSampler,
+        choice: &Choice,
+        ctx: &LightSampleContext,
+        mut sample: LightSample,
+    ) -> Option<LightSample> {
+        let k = choice.light as usize - self.triangles.len();
         if sample.delta {
             sample.pdf *= choice.pmf;
         } else {

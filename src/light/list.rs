@@ -93,6 +93,17 @@ macro_rules! lights {
                 match self { $(Light::$Type(light) => light.sample(p, u_cell, u),)* }
             }
 
+            fn sample_lanes(
+                &self,
+                lanes: Mask,
+                p: &Vec3Lanes,
+                u_cell: &[f64; LANES],
+                u: &[Lanes; 2],
+                samples: &mut [Option<LightSample>; LANES],
+            ) {
+                match self { $(Light::$Type(light) => light.sample_lanes(lanes, p, u_cell, u, samples),)* }
+            }
+
             fn surrounds(&self) -> bool {
                 match self { $(Light::$Type(light) => light.surrounds(),)* }
             }

@@ -38,6 +38,7 @@ pub(crate) use unit::LightUnit;
 use crate::fields::{FieldVisitor, Fields};
 use crate::geometry::Ray;
 use crate::math::{Rgb, luminance};
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 pub(crate) use source::LightSource;

@@ -2,7 +2,7 @@
 
 use super::lights::Lights;
 use super::triangle::AreaLight;
-use super::{LightPoint, LightSample, LightSampleContext, LightSampler, Rounding};
+use super::{LightPoint, LightSample, LightSampler, Rounding};
 use crate::geometry::Surfaces;
 use crate::math::Rgb;
 use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
@@ -95,12 +95,11 @@ impl LightSamples {
                     surface.set(k, true);
                     self.choose_triangle(k, light, choice.pmf[k]);
                 }
-                None => {
-                    others.set(k, true);
-                    let ctx = LightSampleContext { p: p.get(k), n: n.get(k) };
-                    self.chosen.other[k] = lights.sample_other(by, &choice.get(k), &ctx, [u[0][k], u[1][k]]);
-                }
+                None => others.set(k, true),
             }
+        }
+        if others.any() {
+            lights.sample_others(by, others, &choice, [p, n], u, &mut self.chosen.other);
         }
         (self.surface, self.others, self.delta, self.light) = (surface, others, Mask::NONE, choice.light);
         if lights.has_patterns() {

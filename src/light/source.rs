@@ -5,6 +5,7 @@ use super::tree::{FarLight, LightBounds};
 use crate::Result;
 use crate::fields::Fields;
 use crate::math::Rgb;
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each};
 use glam::{DVec3, Vec3};
 
 /// A type of light as written.
@@ -60,6 +61,20 @@ pub(crate) trait LightSource: Sized {
     /// A direction from `p` to the light; `u_cell` chooses a part of it, `u` the point there, all uniform in [0, 1). Its
     /// density is given that this light is drawn from; 1 for a delta light. `None` where nothing arrives.
     fn sample(&self, p: Vec3, u_cell: f64, u: [f32; 2]) -> Option<LightSample>;
+
+    /// [`Self::sample`] for the lanes of a packet, at the places `p`; others are left as they are.
+    fn sample_lanes(
+        &self,
+        lanes: Mask,
+        p: &Vec3Lanes,
+        u_cell: &[f64; LANES],
+        u: &[Lanes; 2],
+        samples: &mut [Option<LightSample>; LANES],
+    ) {
+        for k in each(lanes) {
+            samples[k] = self.sample(p.get(k), u_cell[k], [u[0][k], u[1][k]]);
+        }
+    }
 
     /// Radiance from the unit direction `wi`, in W/(sr·m²), for a ray that leaves the scene; 0 for delta lights, which no
     /// direction meets.

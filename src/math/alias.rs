@@ -79,16 +79,23 @@ impl AliasTable {
     /// [`Self::sample_wide`] for a packet; without jumps, each of which would be a guess.
     #[inline(always)]
     pub(crate) fn sample_lanes(&self, u: &[f64; LANES]) -> ([u32; LANES], [f64; LANES]) {
-        let (bins, last) = (self.bins.len() as f64, (self.bins.len() - 1) as u32);
+        AliasTable::sample_each(&[self; LANES], u)
+    }
+
+    /// [`Self::sample_wide`] from a table for each lane. No lane waits for another: where tables are in no cache, all of them are
+    /// on their way at once.
+    #[inline(always)]
+    pub(crate) fn sample_each(tables: &[&AliasTable; LANES], u: &[f64; LANES]) -> ([u32; LANES], [f64; LANES]) {
         let (mut bin, mut rest) = ([0; LANES], [0.0; LANES]);
         for k in 0..LANES {
+            let (bins, last) = (tables[k].bins.len() as f64, (tables[k].bins.len() - 1) as u32);
             let scaled = u[k] * bins;
             bin[k] = (scaled as u32).min(last);
             rest[k] = (scaled - bin[k] as f64).clamp(0.0, super::ONE_MINUS_EPSILON_F64);
         }
         let (mut keep, mut alias) = ([0.0; LANES], [0; LANES]);
         for k in 0..LANES {
-            let Bin { keep: share, alias: other } = self.bins[bin[k] as usize];
+            let Bin { keep: share, alias: other } = tables[k].bins[bin[k] as usize];
             (keep[k], alias[k]) = (share, other);
         }
         for k in 0..LANES {

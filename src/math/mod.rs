@@ -19,7 +19,7 @@ pub type Rgb = Vec3;
 pub(crate) const LUMINANCE: Rgb = Rgb::new(0.2126, 0.7152, 0.0722);
 
 /// Luminance of linear sRGB (ITU-R BT.709): what the guide learns, being one number per direction.
-#[inline]
+#[inline(always)]
 pub fn luminance(c: Rgb) -> f32 {
     LUMINANCE.x * c.x + LUMINANCE.y * c.y + LUMINANCE.z * c.z
 }

@@ -62,14 +62,14 @@ pub(crate) fn atan_unit(t: f32) -> f32 {
 }
 
 /// Cosine-weighted hemisphere about +z (Malley's method).
-#[inline]
+#[inline(always)]
 pub fn square_to_cosine_hemisphere(u: [f32; 2]) -> Vec3 {
     let d = square_to_disk(u);
     d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
 }
 
 /// Density of [`square_to_cosine_hemisphere`]: cosθ/π above the horizon, else 0.
-#[inline]
+#[inline(always)]
 pub(crate) fn square_to_cosine_hemisphere_pdf(w: Vec3) -> f32 {
     w.z.max(0.0) * FRAC_1_PI
 }

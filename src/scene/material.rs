@@ -118,6 +118,15 @@ impl Material {
         self.model.at(if self.textured { self.textured_colors(textures, uv, vertex_color) } else { self.colors })
     }
 
+    /// Asks for the texels that [`Self::bsdf`] will read at the texture coordinates `uv`.
+    #[inline]
+    pub(crate) fn prefetch(&self, textures: &[Texture], uv: [f32; 2]) {
+        if self.textured {
+            let shares = self.shares.iter().flatten().map(|share| &share.map);
+            self.maps.iter().flatten().chain(shares).for_each(|map| map.prefetch(textures, uv));
+        }
+    }
+
     /// What turns the normals, if anything does.
     #[inline(always)]
     pub(crate) fn relief(&self) -> Option<&Relief> {

@@ -113,6 +113,18 @@ impl Scene {
         &self.materials[index as usize]
     }
 
+    /// Whether any material reads pictures.
+    #[inline(always)]
+    pub(crate) fn has_textures(&self) -> bool {
+        !self.textures.is_empty()
+    }
+
+    /// Asks for what [`Self::bsdf`] will read of pictures.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, material: u32, uv: [f32; 2]) {
+        self.material(material).prefetch(&self.textures, uv);
+    }
+
     /// How a surface of that material scatters, textures looked up; `vertex_color` finds the colour of its mesh's vertices.
     /// Pictures that turn its normals are for [`Self::in_relief`].
     #[inline]

@@ -8,10 +8,15 @@
     reason = "vector intrinsics; the crate's only other unsafe code is the interfaces to Embree and to Open Image Denoise"
 )]
 
+#[cfg(test)]
+pub(crate) mod disassembly;
 mod instructions;
 mod lanes;
 mod packing;
+mod prefetch;
 
+pub(crate) use lanes::MaskLanes;
 pub(crate) use lanes::{LANES, Lanes, each, mask, normalize_or, pick, truncate};
 pub use lanes::{Mask, Vec3Lanes};
 pub(crate) use packing::Packing;
+pub(crate) use prefetch::prefetch;

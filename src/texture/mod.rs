@@ -58,6 +58,17 @@ impl Texture {
         self.interpolate(uv, nearest, |x, y| self.texels.color(x, y))
     }
 
+    /// Asks for the texels that a colour or a number at `uv` is made of: for one of each row, beside which the other mostly lies.
+    #[inline(always)]
+    fn prefetch(&self, uv: [f32; 2]) {
+        let (width, height) = (self.texels.width, self.texels.height);
+        let (column, _, _) = neighbours(fraction(uv[0]), width);
+        let (below, above, _) = neighbours(fraction(uv[1]), height);
+        for row in [below, above] {
+            self.texels.prefetch(column, height - 1 - row);
+        }
+    }
+
     /// The alpha channel at `uv` where the picture has one, else the luminance of the values as they are stored, not
     /// decoded from sRGB. In [0, 1] for 8 and 16 bits. Interpolated as [`Texture::color`].
     pub(crate) fn scalar(&self, uv: [f32; 2], nearest: bool) -> f32 {
@@ -166,6 +177,12 @@ impl TextureMap {
     /// Linear colour at the surface's `uv`, times the tint. `textures` as of [`TextureCache::into_textures`].
     pub(crate) fn color(&self, textures: &[Texture], uv: [f32; 2]) -> Rgb {
         textures[self.index].color(self.clamped_uv(textures, uv), self.nearest) * self.tint
+    }
+
+    /// Asks for the texels at the surface's `uv`, which will be read soon.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, textures: &[Texture], uv: [f32; 2]) {
+        textures[self.index].prefetch(self.clamped_uv(textures, uv));
     }
 
     /// [`Texture::scalar`] at the surface's `uv`, times the luminance of the tint.

@@ -4,6 +4,7 @@ use crate::image::picture::{Picture, Samples, rgb};
 use crate::image::srgb;
 use crate::io::canon::{Canon, texels};
 use crate::math::Rgb;
+use crate::simd::prefetch;
 
 /// Rows of texels from the top, channels interleaved: grey, grey and alpha, RGB, or RGB and alpha.
 #[derive(Clone, Debug)]
@@ -34,6 +35,17 @@ impl Texels {
     /// Linear colour of the texel in column `x` and row `y` from the top.
     pub(crate) fn color(&self, x: usize, y: usize) -> Rgb {
         self.data.color(self.first(x, y), self.channels)
+    }
+
+    /// Asks for the texel in column `x` and row `y` from the top, which will be read soon.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, x: usize, y: usize) {
+        let first = self.first(x, y);
+        match &self.data {
+            Samples::U8(data, _) => prefetch(data, first),
+            Samples::U16(data, _) => prefetch(data, first),
+            Samples::F32(data) => prefetch(data, first),
+        }
     }
 
     /// Alpha, or the luminance of the stored values.

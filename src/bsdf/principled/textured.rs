@@ -1,15 +1,25 @@
 //! The principled model where metallic, roughness or specular are pictures.
 
+use super::super::lanes::{LobeNumbers, SameMaterial};
 use super::super::model::Prepared;
 use super::super::multiple_scattering::Loss;
 use super::super::{BsdfSample, Gloss, Scatter};
 use super::{Principled, PrincipledLobes, PrincipledModel};
 use crate::math::Rgb;
+use crate::simd::{Lanes, Vec3Lanes};
 use glam::Vec3;
 
 /// [`PrincipledModel`] where numbers come from pictures: the second colour is metallic, roughness and specular.
 #[derive(Clone, Debug)]
 pub(crate) struct TexturedPrincipledModel(pub(super) PrincipledModel);
+
+impl TexturedPrincipledModel {
+    /// [`Prepared::at`], where it is known that light which facets send to each other is lost.
+    #[inline(always)]
+    fn without_loss(&self, [base_color, shares]: [Rgb; 2]) -> TexturedPrincipled<'_> {
+        TexturedPrincipled { base_color, lobes: self.0.lobes.with(shares), loss: None }
+    }
+}
 
 impl Prepared for TexturedPrincipledModel {
     type At<'s> = TexturedPrincipled<'s>;
@@ -18,6 +28,34 @@ impl Prepared for TexturedPrincipledModel {
     fn at(&self, [base_color, shares]: [Rgb; 2]) -> TexturedPrincipled<'_> {
         let lobes = self.0.lobes.with(shares);
         TexturedPrincipled { base_color, lobes, loss: self.0.loss(lobes.set.roughness) }
+    }
+
+    fn in_lanes(&self) -> bool {
+        self.0.loss.is_none()
+    }
+
+    #[inline(never)]
+    fn eval_pdf_lanes(&self, surfaces: &SameMaterial, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
+        surfaces.eval_pdf(wi, |colors| self.without_loss(colors), f, pdf);
+    }
+
+    #[inline(never)]
+    fn draw_lanes(&self, surfaces: &SameMaterial, numbers: &LobeNumbers, wi: &mut Vec3Lanes) {
+        let at = |colors| {
+            let at = self.without_loss(colors);
+            TexturedPrincipled { lobes: at.lobes.known_without_coat(), ..at }
+        };
+        let draw = |colors, wo, lobe, u, turn| at(colors).principled().draw(wo, lobe, u, || turn);
+        surfaces.draw(numbers, draw, wi);
+    }
+
+    fn draws_in_lanes(&self) -> bool {
+        self.0.draws_in_lanes()
+    }
+
+    #[inline(never)]
+    fn albedo_lanes(&self, surfaces: &SameMaterial, albedo: &mut Vec3Lanes) {
+        surfaces.albedo(|colors| self.without_loss(colors), albedo);
     }
 }
 
@@ -30,6 +68,7 @@ pub(crate) struct TexturedPrincipled<'s> {
 }
 
 impl TexturedPrincipled<'_> {
+    #[inline(always)]
     fn principled(&self) -> Principled<'_> {
         Principled { base_color: self.base_color, lobes: &self.lobes, loss: self.loss }
     }
@@ -39,6 +78,7 @@ impl Scatter for TexturedPrincipled<'_> {
     const SMOOTH: bool = true;
     const OPAQUE: bool = true;
 
+    #[inline(always)]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Rgb, f32) {
         self.principled().eval_pdf(wo, wi)
     }
@@ -47,6 +87,7 @@ impl Scatter for TexturedPrincipled<'_> {
         self.principled().sample(wo, u_lobe, u)
     }
 
+    #[inline(always)]
     fn albedo(&self, wo: Vec3) -> Rgb {
         self.principled().albedo(wo)
     }

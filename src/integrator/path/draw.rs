@@ -1,10 +1,10 @@
 //! Where paths go on from the vertices of a packet, drawn side by side.
 
 use super::packet::Packet;
-use crate::integrator::mixture::Densities;
-use crate::integrator::sampler::Sampler;
+use crate::integrator::mixture::{Densities, DirectionSample, lobe_number};
+use crate::integrator::sampler::{DirectionNumbers, Sampler};
 use crate::math::Rgb;
-use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, mask, pick};
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes, each, mask, pick};
 
 /// Random numbers of the vertices that draw side by side.
 struct RandomInputs {
@@ -35,7 +35,49 @@ pub(super) struct DirectionSamples {
     value: Vec3Lanes,
 }
 
+/// Directions that BSDFs drew without a guide: as of [`Mixture::sample`] by itself.
+///
+/// [`Mixture::sample`]: crate::integrator::mixture::Mixture::sample
+pub(super) struct UnguidedSamples {
+    pub(crate) dir: Vec3Lanes,
+    /// Where the ray begins.
+    pub(crate) org: Vec3Lanes,
+    pub(crate) weight: Vec3Lanes,
+    /// Infinite for a delta lobe.
+    pub(crate) pdf: Lanes,
+    /// Whether the path goes on.
+    pub(crate) goes: Mask,
+}
+
 impl Packet<'_> {
+    /// Draws directions at these vertices, none of which a guide leads.
+    #[inline(always)]
+    pub(crate) fn draw_unguided(&self, draws: Mask, numbers: &DirectionNumbers<LANES>) -> UnguidedSamples {
+        let (surfaces, mut lobe) = (&self.surfaces, [0.0; LANES]);
+        for k in 0..LANES {
+            lobe[k] = lobe_number(numbers.cell[k]);
+        }
+        let [mut local, mut dir, mut org, mut weight] = [Vec3Lanes::ZERO; 4];
+        let (mut pdf, numbers_of_lobes) = ([0.0; LANES], (&lobe, &numbers.point));
+        let together =
+            self.bsdfs.sample(draws, surfaces.wo_locals(), numbers_of_lobes, [&mut local, &mut weight], &mut pdf);
+        surfaces.to_world(&local, &mut dir);
+        let scatters = mask(|k| (pdf[k] > 0.0) & (weight.get(k) != Rgb::ZERO));
+        let mut goes = together & scatters & mask(|k| surfaces.consistent(k, dir.get(k)));
+        for k in each(draws & !together) {
+            let (si, wo) = (surfaces.get(k), surfaces.wo_local(k));
+            let next = self.with_mixture(k, |mixture| mixture.sample(&si, wo, &numbers.get(k))).flatten();
+            goes.set(k, next.is_some());
+            if let Some(DirectionSample { wi, weight: drawn, pdf: densities }) = next {
+                dir.set(k, wi);
+                weight.set(k, drawn);
+                pdf[k] = densities.map_or(f32::INFINITY, |densities| densities.mixture);
+            }
+        }
+        surfaces.spawn(&dir, &mut org);
+        UnguidedSamples { dir, org, weight, pdf, goes }
+    }
+
     /// Draws directions at these vertices, each of which is [`Packet::vectorised`], and the `vertex`th of its path from 1 on.
     #[inline(always)]
     pub(crate) fn propose(&self, draws: Mask, sampler: Sampler, vertex: u32) -> DirectionSamples {

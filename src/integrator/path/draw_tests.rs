@@ -1,6 +1,7 @@
 use super::*;
 use crate::bsdf::{
     Bsdf, BsdfDescription, BsdfModel, BsdfTables, ConductorParameters, DiffuseParameters, MicrofacetDistribution,
+    PlasticParameters,
 };
 use crate::geometry::surfaces::tests as surfaces;
 use crate::guiding::settings::DirectionTable;
@@ -119,4 +120,53 @@ fn a_packet_draws_what_its_vertices_would_draw_alone() {
         }
     }
     assert!(led > 50 && unled > 50 && ended > 20, "{led}, {unled}, {ended}: too few to be a test");
+}
+
+#[test]
+fn a_packet_without_a_guide_draws_what_its_bsdfs_would_draw_alone() {
+    let reflectance = ColorTexture::Constant(COLOR);
+    let metal = ConductorParameters { alpha: 0.4, ..ConductorParameters::default() };
+    let coated = PlasticParameters { reflectance, alpha: 0.2, ..PlasticParameters::default() };
+    // two kinds that draw side by side, one with a delta lobe, and one that packets ask one by one
+    let models = [
+        model(metal.into()),
+        model(coated.clone().into()),
+        model(PlasticParameters { alpha: 0.0, ..coated.clone() }.into()),
+        model(PlasticParameters { distribution: MicrofacetDistribution::Beckmann, ..coated }.into()),
+    ];
+    let mut rng = Rng::new(18);
+    let mesh = surfaces::mesh(&mut rng, true);
+    let (mut smooth, mut delta, mut ended) = (0, 0, 0);
+    for round in 0..60 {
+        let mut packet = Packet::new();
+        packet.surfaces = surfaces::packet(&mesh, &mut rng);
+        packet.begin(0, PathKeys::NONE);
+        for k in 0..LANES {
+            packet.keys.set(k, PathKey::new(2, rng.next_u32(), 0, k as u32));
+            let kind = (round + k * k) % 5;
+            if let Some(model) = models.get(kind) {
+                packet.bsdfs.set(k, &model.at([COLOR, Rgb::ZERO]));
+            }
+        }
+        packet.bsdfs.find_groups();
+        let numbers = Sampler::new(SamplerKind::Sobol, LANES as u32).direction(&packet.keys, 2);
+        let draws = packet.bsdfs.are() & mask(|k| k != 6);
+        let drawn = packet.draw_unguided(draws, &numbers);
+        assert!(!(drawn.goes & !draws).any(), "nothing is drawn");
+        for k in each(draws) {
+            let (si, wo) = (packet.surfaces.get(k), packet.surfaces.wo_local(k));
+            let bsdf = packet.bsdfs.get(k).unwrap();
+            let single = Mixture::new(&bsdf, None, 1.0, GuidedLobes::ALL).sample(&si, wo, &numbers.get(k));
+            assert_eq!(drawn.goes.has(k), single.is_some());
+            let Some(DirectionSample { wi, weight, pdf }) = single else {
+                ended += 1;
+                continue;
+            };
+            let pdf = pdf.map_or(f32::INFINITY, |pdf| pdf.mixture);
+            let told = (drawn.dir.get(k), drawn.weight.get(k), drawn.pdf[k], drawn.org.get(k));
+            assert_eq!(told, (wi, weight, pdf, si.spawn(wi)));
+            *(if pdf == f32::INFINITY { &mut delta } else { &mut smooth }) += 1;
+        }
+    }
+    assert!(smooth > 200 && delta > 10 && ended > 50, "{smooth}, {delta}, {ended}: too few to be a test");
 }

@@ -115,7 +115,8 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub(crate) fn albedo(&self, albedo: &mut Vec3Lanes) {
         self.bsdfs.diffuse().albedo(self.surfaces.wo_locals(), albedo);
-        for k in each(self.bsdfs.are() & !self.bsdfs.diffuse().are()) {
+        let together = self.bsdfs.albedo(self.surfaces.wo_locals(), albedo);
+        for k in each(self.bsdfs.are() & !self.bsdfs.diffuse().are() & !together) {
             if let Some(bsdf) = self.bsdfs.get(k) {
                 albedo.set(k, bsdf.albedo(self.surfaces.wo_local(k)));
             }
@@ -188,6 +189,12 @@ impl<'a> Packet<'a> {
     #[inline(always)]
     pub(crate) fn rough(&self) -> Mask {
         self.rough
+    }
+
+    /// Where directions of a guide were taken.
+    #[inline(always)]
+    pub(crate) fn led(&self) -> Mask {
+        self.led
     }
 
     /// Takes the guide's directions at vertex `k` and the share that the BSDF keeps.
@@ -294,6 +301,9 @@ impl<'a> Packet<'a> {
         let mut local = Vec3Lanes::ZERO;
         surfaces.to_local(wi, &mut local);
         self.bsdfs.diffuse().eval_pdf(surfaces.wo_locals(), &local, f, pdf);
+        let drawn = &self.lights.pdf;
+        let asked = mask(|k| drawn[k] > 0.0);
+        let together = self.bsdfs.eval_pdf(asked & !self.led, [surfaces.wo_locals(), &local], f, pdf);
         for k in 0..LANES {
             let lit = surfaces.consistent(k, wi.get(k));
             f.set(k, pick(lit, f.get(k), Rgb::ZERO));
@@ -302,8 +312,7 @@ impl<'a> Packet<'a> {
         if self.trees.any() {
             self.mix_trees(f, pdf);
         }
-        let drawn = &self.lights.pdf;
-        for k in each(mask(|k| drawn[k] > 0.0) & !self.vectorised()) {
+        for k in each(asked & !self.vectorised() & !together) {
             let (si, wo, wi) = (surfaces.get(k), surfaces.wo_local(k), wi.get(k));
             if let Some((value, density)) = self.with_mixture(k, |mixture| mixture.eval_pdf(&si, wo, wi)) {
                 f.set(k, value);

@@ -1,8 +1,9 @@
 use super::{Estimate, sphere_integral};
 use crate::light::environment::Environment;
-use crate::light::wide_luminance;
+use crate::light::{LightSample, LightSource, wide_luminance};
 use crate::math::Rgb;
 use crate::math::rng::Rng;
+use crate::simd::{LANES, Lanes, Mask, Vec3Lanes};
 use glam::{Affine3A, Mat3, Quat, Vec3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f32::consts::{FRAC_1_SQRT_2, PI, TAU};
@@ -31,6 +32,33 @@ fn pictures() -> Vec<Environment> {
         environment(5, 2, noise),
         environment(32, 17, |x, y| if (x, y) == (20, 5) { 1e5 } else { 1.0 }),
     ]
+}
+
+#[test]
+fn directions_of_a_packet_are_those_of_single_draws() {
+    let black = environment(16, 9, |_, _| 0.0);
+    let mut rng = Rng::new(17);
+    for (number, environment) in pictures().into_iter().chain([black]).map(Box::new).enumerate() {
+        let mut drawn = 0;
+        for lanes in [0xffff, 0x7f3a, 0x0001, 0].map(Mask::from_bits).into_iter().cycle().take(80) {
+            let u_cell: [f64; LANES] = std::array::from_fn(|_| rng.f64());
+            let u: [Lanes; 2] = std::array::from_fn(|_| std::array::from_fn(|_| rng.f32()));
+            let before = LightSample::far(Vec3::X, Rgb::ONE, 7.0, true);
+            let mut samples = [Some(before); LANES];
+            environment.sample_lanes(lanes, &Vec3Lanes::ZERO, &u_cell, &u, &mut samples);
+            for (k, sample) in samples.into_iter().enumerate() {
+                let told = sample.map(|LightSample { wi, radiance, pdf, delta, .. }| (wi, radiance, pdf, delta));
+                let single = match lanes.has(k) {
+                    false => Some((Vec3::X, Rgb::ONE, 7.0, true)),
+                    true => Environment::sample(&environment, u_cell[k], [u[0][k], u[1][k]])
+                        .map(|(wi, radiance, pdf)| (wi, radiance, pdf, false)),
+                };
+                assert_eq!(told, single, "picture {number}, lane {k}");
+                drawn += (lanes.has(k) && told.is_some()) as u32;
+            }
+        }
+        assert_eq!(drawn > 0, number < 9, "picture {number}: {drawn} drawn");
+    }
 }
 
 #[test]
