@@ -12,7 +12,7 @@ use phototaxis::bsdf::{
 };
 use phototaxis::geometry::{Attribute, Hit, Indices, Mesh, SurfaceInteraction};
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings};
-use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, RegionId, Transition};
+use phototaxis::guiding::{Guide, Hue, PackedDirection, Recorder, RegionId, ShadowOutcome, Transition};
 use phototaxis::math::{Rgb, alias::AliasTable, rng::Rng, warp};
 use phototaxis::texture::ColorTexture;
 use std::f32::consts::FRAC_1_PI;
@@ -97,6 +97,7 @@ fn transitions(guide: &Guide, n: usize, seed: u64) -> Recorder {
             scattered: pdf,
             hue: Hue::GREY,
             rays: 3,
+            shadow: ShadowOutcome::NONE,
         });
     }
     recorder

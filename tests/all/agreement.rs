@@ -334,7 +334,9 @@ fn shadow_rays_that_are_left_out() {
         let some = shadow_rays(&loaded, &settings);
         let guided = loaded.runs(&settings, 8, 0);
         let [p, planted] = [1.0, 1.05].map(|factor| Row::new(&guided.scaled(factor), &plain).smallest);
-        println!("{scene}: {some:.3} shadow rays a ray, {all:.3} of all: p = {p:.1e}, 5 % more light p = {planted:.1e}");
+        println!(
+            "{scene}: {some:.3} shadow rays a ray, {all:.3} of all: p = {p:.1e}, 5 % more light p = {planted:.1e}"
+        );
         assert!(some < 0.6 * all, "{scene}: hardly any shadow ray is left out");
         assert!(p >= level, "{scene}: not what plain path tracing gives");
         assert!(planted < level, "{scene}: a bias of 0.05 goes unseen");
