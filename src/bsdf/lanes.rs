@@ -6,11 +6,12 @@ use crate::math::Rgb;
 use crate::simd::{LANES, Lanes, Mask, MaskLanes, Vec3Lanes, each, pick};
 use glam::Vec3;
 
-/// From so many surfaces of a material on, all lanes together take less time than these one by one.
-const FEWEST: u64 = 3;
+/// From so many surfaces of a material on, all lanes together take less time than these one by one. Without AVX-512 compilers leave
+/// loops with table look-ups as they are, and there is no such number.
+const FEWEST: u64 = if cfg!(target_feature = "avx512vl") { 3 } else { u64::MAX };
 
-/// As many groups as a packet can have.
-const GROUPS: usize = LANES / FEWEST as usize;
+/// As many groups of three as a packet can have.
+const GROUPS: usize = LANES / 3;
 
 /// The BSDFs of a packet, as a structure of arrays. (Structures that are stored field by field and loaded at once would stall on
 /// store forwarding.)
@@ -85,15 +86,21 @@ impl<'s> BsdfLanes<'s> {
     /// Finds which of the others can be evaluated side by side, now that all are set.
     #[inline(always)]
     pub fn find_groups(&mut self) {
+        self.find_groups_of(FEWEST);
+    }
+
+    /// The same where groups have at least `fewest` surfaces, which are three or more.
+    #[inline(always)]
+    pub(super) fn find_groups_of(&mut self, fewest: u64) {
         let mut left = self.are & !self.diffuse.are() & !self.turned;
-        while left.count() >= FEWEST {
+        while left.count() >= fewest {
             let Some(model) = each(left).next().and_then(|k| self.model[k]) else { return };
             let mut same = Mask::NONE;
             for k in each(left) {
                 same.set(k, self.model[k].is_some_and(|other| std::ptr::eq(model, other)));
             }
             left = left & !same;
-            if model.in_lanes() && same.count() >= FEWEST {
+            if model.in_lanes() && same.count() >= fewest {
                 self.groups[self.group_count] = same;
                 self.group_count += 1;
             }

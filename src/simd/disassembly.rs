@@ -20,11 +20,11 @@ pub(crate) struct Function {
 }
 
 /// All functions whose names have these `parts`. `None`, said aloud, where nothing can be told: of builds that are not optimised or
-/// for processors without AVX2, and where there is no `objdump`.
+/// for processors without AVX-512, and where there is no `objdump`.
 pub(crate) fn functions(parts: &[&str]) -> Option<Vec<Function>> {
     let optimised = !cfg!(debug_assertions) && matches!(env!("PHOTOTAXIS_OPT_LEVEL"), "2" | "3");
-    if !optimised || !cfg!(target_feature = "avx2") || !cfg!(target_os = "linux") {
-        eprintln!("SKIPPED: whether loops run in vectors can be told of optimised builds for AVX2 on Linux only");
+    if !optimised || !cfg!(target_feature = "avx512vl") || !cfg!(target_os = "linux") {
+        eprintln!("SKIPPED: whether loops run in vectors can be told of optimised builds for AVX-512 on Linux only");
         return None;
     }
     let program = std::env::current_exe().expect("a test knows its program");

@@ -80,7 +80,7 @@ fn surfaces_of_one_material_scatter_together_like_single_ones() {
                 wo.set(k, square_to_uniform_sphere(rng.f32x2()));
                 wi.set(k, square_to_uniform_sphere(rng.f32x2()));
             }
-            lanes.find_groups();
+            lanes.find_groups_of(3);
             let asked = Mask::from_bits(0xfff7);
             let done = lanes.eval_pdf(asked, [&wo, &wi], &mut f, &mut pdf);
             let seen = lanes.albedo(&wo, &mut albedo);
