@@ -139,7 +139,7 @@ impl Platform {
     /// In one line what a figure was made with: the program, the processor, Embree and the date (UTC).
     pub(crate) fn stamp(&self) -> String {
         let cpu = self.cpu.as_deref().unwrap_or("unknown processor");
-        format!("Phototaxis {}, on {cpu}, {}", self.summary(), &clock::utc_now()[..10])
+        format!("phototaxis {}, on {cpu}, {}", self.summary(), &clock::utc_now()[..10])
     }
 
     /// How Embree is asked for sixteen rays at a time.

@@ -1,6 +1,7 @@
 //! Renders of one scene with other seeds, joined.
 
 use super::onlooker::in_watts;
+use super::schedule::Tiling;
 use super::{Checkpoint, IterationReport, Rendering};
 use crate::film::JointFilm;
 use crate::io::clock::CpuTime;
@@ -15,13 +16,16 @@ pub(crate) struct Merged {
     samples: u32,
     wall_seconds: f64,
     cpu: CpuTime,
+    /// Pixels along the tiles that have different numbers of samples in one of them.
+    adaptive_tiles: Option<u32>,
 }
 
 impl Merged {
     /// Begins with one.
     pub(crate) fn new(first: Checkpoint) -> Merged {
         let Checkpoint { state, record, spent, .. } = first;
-        let samples = state.samples();
+        let (samples, height) = (state.samples(), (state.pixels / u64::from(state.width)) as u32);
+        let adaptive_tiles = state.is_allotted().then(|| Tiling::new(state.width, height).side());
         let mut iterations = state.iterations;
         iterations.push(record.report);
         let training = state.training;
@@ -34,6 +38,7 @@ impl Merged {
             samples,
             wall_seconds,
             cpu,
+            adaptive_tiles,
         }
     }
 
@@ -53,6 +58,7 @@ impl Merged {
         self.samples = self.samples.saturating_add(other.samples);
         self.wall_seconds += other.wall_seconds;
         self.cpu += other.cpu;
+        self.adaptive_tiles = self.adaptive_tiles.or(other.adaptive_tiles);
         Ok(())
     }
 
@@ -70,7 +76,7 @@ impl Merged {
             verdict: None,
             learnt_paths: 0,
             relative_error: None,
-            adaptive_tiles: None,
+            adaptive_tiles: self.adaptive_tiles,
         }
     }
 }

@@ -72,7 +72,7 @@ fn runs_figures_charts_and_pictures_are_written() {
 
 /// Every chart says what it was made with, whatever its form.
 fn check_stamps(charts: &Path) {
-    let stamp = |text: &str| ["Phototaxis ", "Embree ", "compiled for "].iter().all(|part| text.contains(part));
+    let stamp = |text: &str| ["phototaxis ", "Embree ", "compiled for "].iter().all(|part| text.contains(part));
     let path = |extension: &str| charts.join(format!("efficiency-cornell.{extension}"));
     assert!(stamp(&std::fs::read_to_string(path("svg")).unwrap()));
     assert!(stamp(&phototaxis::image::png::text(&path("png"), "Comment").unwrap()));

@@ -28,7 +28,7 @@ fn pictures_and_pages_are_made_and_say_what_made_them() {
         "results.md",
     ];
     assert_eq!(names(&docs), made);
-    let stamp = |text: &str| text.contains("Phototaxis ") && text.contains("Embree ") && text.contains("compiled for ");
+    let stamp = |text: &str| text.contains("phototaxis ") && text.contains("Embree ") && text.contains("compiled for ");
     for name in ["door.png", "crops-door.png", "efficiency-scenes.png", "inspect-door.png", "rates.png"] {
         assert!(phototaxis::image::png::text(&docs.join(name), "Comment").is_some_and(|text| stamp(&text)), "{name}");
     }

@@ -130,7 +130,7 @@ pub(super) fn carry_out(
     let mut listener = |_: crate::lab::compare::executor::Event| ();
     let mut executor =
         RenderExecutor::new(plan, scene_cache, folder, arguments.allow_noisy_reference, stop, &mut listener);
-    let mut is_whole = executor.prepare(share.scene(), &mut store)?;
+    let mut is_whole = executor.reference(share.scene(), &mut store)? && executor.prepare(share.scene(), &mut store)?;
     for slot in share.slots(plan) {
         let run = if is_whole { executor.run(&slot)? } else { None };
         is_whole = run.is_some();
