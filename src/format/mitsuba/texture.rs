@@ -148,7 +148,7 @@ impl<'a> Textures<'a> {
             }
             // numbers that are no colour
             "rawconstant" => Found::Constant(match texture.find("value").map(|item| &item.value) {
-                Some(Value::Vector(numbers)) => numbers.as_vec3().into(),
+                Some(Value::Vector(numbers)) => numbers.as_vec3(),
                 _ => texture.color("value", Rgb::ONE)?,
             }),
             "mesh_attribute" if texture.text("name")? == Some("vertex_color") => {
