@@ -8,7 +8,6 @@ mod textured;
 
 pub(crate) use textured::TexturedPrincipledModel;
 
-use super::lanes::{LobeNumbers, SameMaterial};
 use super::microfacet::MicrofacetDistribution::Ggx;
 use super::microfacet::{Microfacet, sin_cos_turn};
 use super::model::{BsdfParameters, Prepared, out_of_domain};
@@ -20,7 +19,7 @@ use crate::document::{Key, UNIT, key};
 use crate::fields::{FieldVisitor, Fields};
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use crate::math::{Rgb, luminance};
-use crate::simd::{Lanes, Vec3Lanes, pick};
+use crate::simd::pick;
 use crate::texture::{ColorTexture, ScalarTexture};
 use clearcoat::Clearcoat;
 use glam::Vec3;
@@ -152,33 +151,6 @@ impl Prepared for PrincipledModel {
     fn at(&self, [base_color, _]: [Rgb; 2]) -> Principled<'_> {
         Principled { base_color, lobes: &self.lobes, loss: self.loss(self.lobes.set.roughness) }
     }
-
-    fn in_lanes(&self) -> bool {
-        self.loss.is_none()
-    }
-
-    #[inline(never)]
-    fn eval_pdf_lanes(&self, surfaces: &SameMaterial, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
-        let lobes = self.lobes.known_as_ggx();
-        surfaces.eval_pdf(wi, |[base_color, _]| Principled { base_color, lobes: &lobes, loss: None }, f, pdf);
-    }
-
-    #[inline(never)]
-    fn draw_lanes(&self, surfaces: &SameMaterial, numbers: &LobeNumbers, wi: &mut Vec3Lanes) {
-        let lobes = self.lobes.known_as_ggx().known_without_coat();
-        let at = |[base_color, _]: [Rgb; 2]| Principled { base_color, lobes: &lobes, loss: None };
-        surfaces.draw(numbers, |colors, wo, lobe, u, turn| at(colors).draw(wo, lobe, u, || turn), wi);
-    }
-
-    fn draws_in_lanes(&self) -> bool {
-        self.loss.is_none() && self.lobes.set.clearcoat == 0.0
-    }
-
-    #[inline(never)]
-    fn albedo_lanes(&self, surfaces: &SameMaterial, albedo: &mut Vec3Lanes) {
-        let lobes = self.lobes.known_as_ggx();
-        surfaces.albedo(|[base_color, _]| Principled { base_color, lobes: &lobes, loss: None }, albedo);
-    }
 }
 
 /// The parameters and what follows from them, computed once per material.
@@ -224,13 +196,7 @@ fn alpha_of(roughness: f32) -> f32 {
 }
 
 impl PrincipledLobes {
-    /// As of [`Microfacet::known_as_ggx`].
-    #[inline(always)]
-    fn known_as_ggx(self) -> PrincipledLobes {
-        PrincipledLobes { facets: self.facets.known_as_ggx(), ..self }
-    }
-
-    /// The same where it is known already that there is no clear coat, of which directions take calls.
+    /// The same numbers where it is known already that there is no clear coat, of which directions take calls.
     #[inline(always)]
     fn known_without_coat(self) -> PrincipledLobes {
         debug_assert_eq!(self.set.clearcoat, 0.0);

@@ -1,7 +1,6 @@
 //! A diffuse base under a rough dielectric coat.
 
 use super::coat::CoatTable;
-use super::lanes::{LobeNumbers, SameMaterial};
 use super::microfacet::{Microfacet, sin_cos_turn};
 use super::model::Prepared;
 use super::plastic::base_under_coat;
@@ -9,7 +8,6 @@ use super::rough_conductor::{reflection_pdf, sample_reflection};
 use super::{BLACK, BsdfSample, Gloss, Scatter, choice, fresnel};
 use crate::math::Rgb;
 use crate::math::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
-use crate::simd::{Lanes, Vec3Lanes};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -33,30 +31,6 @@ impl Prepared for RoughPlasticModel {
     fn at(&self, [base, _]: [Rgb; 2]) -> RoughPlastic<'_> {
         RoughPlastic { base, specular: self.specular, coat: &self.coat, microfacet: *self.coat.microfacet() }
     }
-
-    fn in_lanes(&self) -> bool {
-        self.coat.microfacet().is_ggx()
-    }
-
-    #[inline(never)]
-    fn eval_pdf_lanes(&self, surfaces: &SameMaterial, wi: &Vec3Lanes, f: &mut Vec3Lanes, pdf: &mut Lanes) {
-        surfaces.eval_pdf(wi, |colors| self.at(colors).known_as_ggx(), f, pdf);
-    }
-
-    #[inline(never)]
-    fn draw_lanes(&self, surfaces: &SameMaterial, numbers: &LobeNumbers, wi: &mut Vec3Lanes) {
-        let at = |colors| self.at(colors).known_as_ggx();
-        surfaces.draw(numbers, |colors, wo, lobe, u, turn| at(colors).draw(wo, lobe, u, || turn), wi);
-    }
-
-    fn draws_in_lanes(&self) -> bool {
-        self.in_lanes()
-    }
-
-    #[inline(never)]
-    fn albedo_lanes(&self, surfaces: &SameMaterial, albedo: &mut Vec3Lanes) {
-        surfaces.albedo(|colors| self.at(colors), albedo);
-    }
 }
 
 /// A microfacet reflection and a base T(cosθo)·T(cosθi)·base/π, T what enters a rough coat at all.
@@ -72,12 +46,6 @@ pub(crate) struct RoughPlastic<'s> {
 }
 
 impl RoughPlastic<'_> {
-    /// As of [`Microfacet::known_as_ggx`].
-    #[inline(always)]
-    fn known_as_ggx(self) -> Self {
-        RoughPlastic { microfacet: self.microfacet.known_as_ggx(), ..self }
-    }
-
     /// Albedos from wo: of the coat, and of the base.
     #[inline(always)]
     fn albedos(&self, wo: Vec3) -> (Rgb, Rgb) {

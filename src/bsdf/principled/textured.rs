@@ -50,7 +50,7 @@ impl Prepared for TexturedPrincipledModel {
     }
 
     fn draws_in_lanes(&self) -> bool {
-        self.0.draws_in_lanes()
+        self.0.loss.is_none() && self.0.lobes.set.clearcoat == 0.0
     }
 
     #[inline(never)]
