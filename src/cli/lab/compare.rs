@@ -81,6 +81,10 @@ pub(crate) struct CompareArguments {
     /// Seconds that a reference may take. [default: 600]
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     reference_time: Option<f64>,
+    /// Folder for the references that are made, which several comparisons may share: one that is there already is taken, and rendered
+    /// further where it is too noisy. [default: references, in the folder of the results]
+    #[arg(long, value_name = "DIR")]
+    references: Option<PathBuf>,
     /// Compares with a reference that is noisier than --reference-noise.
     #[arg(long)]
     allow_noisy_reference: bool,
@@ -203,6 +207,7 @@ fn draft(arguments: &CompareArguments) -> Result<Draft> {
     draft.seed = a.seed.or(draft.seed);
     draft.reference_noise = a.reference_noise.or(draft.reference_noise);
     draft.reference_time = a.reference_time.or(draft.reference_time);
+    draft.references = a.references.as_deref().map(std::path::absolute).transpose().context("--references")?;
     Ok(draft)
 }
 

@@ -68,6 +68,9 @@ pub(crate) struct FiguresArguments {
     /// Seconds of the long render beside them. [default: 600; quick: 1]
     #[arg(long, value_name = "SECONDS")]
     long_time: Option<f64>,
+    /// Methods of the results. [default: none, auto, adaptive, grid, voronoi, sdtree, paper, paper-full]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    methods: Vec<String>,
     /// Scenes of the results, by name; all without it.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     scenes: Vec<String>,
@@ -78,6 +81,7 @@ pub(crate) struct FiguresArguments {
 
 /// How much is rendered.
 struct Budgets {
+    methods: Vec<String>,
     time: Vec<f64>,
     runs: u32,
     gallery_runs: u32,
@@ -101,6 +105,7 @@ impl Budgets {
     fn of(a: &FiguresArguments) -> Budgets {
         let defaults = if a.quick { quick() } else { full() };
         Budgets {
+            methods: if a.methods.is_empty() { defaults.methods } else { a.methods.clone() },
             time: if a.time.is_empty() { defaults.time } else { a.time.clone() },
             runs: a.runs.unwrap_or(defaults.runs),
             gallery_runs: a.gallery_runs.unwrap_or(defaults.gallery_runs),
@@ -115,6 +120,7 @@ impl Budgets {
 
 fn full() -> Budgets {
     Budgets {
+        methods: scenes::METHODS.map(String::from).to_vec(),
         time: vec![0.25, 2.0, 8.0],
         runs: 5,
         gallery_runs: 20,
@@ -135,6 +141,7 @@ fn full() -> Budgets {
 
 fn quick() -> Budgets {
     Budgets {
+        methods: scenes::METHODS.map(String::from).to_vec(),
         time: vec![0.05],
         runs: 2,
         gallery_runs: 2,

@@ -128,11 +128,12 @@ impl Executor for RenderExecutor<'_> {
         if let Some(path) = &entry.reference {
             return self.take(scene, path, store);
         }
-        let folder = self.folder.join("references");
+        let place = &self.plan.references;
+        let folder = self.folder.join(place);
         std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
         let (loaded, description) = self.scene_cache.reference(scene);
         let file = reference::file_name(&file_stem(&name), loaded, description);
-        self.make(scene, &Path::new("references").join(file), store)
+        self.make(scene, &place.join(file), store)
     }
 
     fn pace(&self, scene: usize, method: usize) -> Option<f64> {

@@ -117,6 +117,7 @@ pub struct Draft {
     pub(crate) baseline: Option<String>,
     pub(crate) reference_noise: Option<f64>,
     pub(crate) reference_time: Option<f64>,
+    pub(crate) references: Option<PathBuf>,
     pub(crate) gallery: Option<Gallery>,
 }
 
@@ -137,6 +138,8 @@ pub struct Plan {
     pub(crate) reference_noise: f64,
     /// Seconds that a reference may take.
     pub(crate) reference_time: f64,
+    /// Folder of the references that are made; a relative one is within the folder of the comparison.
+    pub(crate) references: PathBuf,
     /// Whether a matrix of verdicts is made, and by which bounds.
     pub(crate) gallery: Option<Gallery>,
 }
@@ -173,6 +176,7 @@ impl Draft {
             seed: self.seed.unwrap_or(0),
             reference_noise: self.reference_noise.unwrap_or(0.05),
             reference_time: self.reference_time.unwrap_or(600.0),
+            references: self.references.unwrap_or_else(|| "references".into()),
             scenes: self.scenes.into_iter().map(|s| SceneEntry { name: Some(s.name()), ..s }).collect(),
             overrides: self.overrides,
             gallery: self.gallery,

@@ -208,6 +208,23 @@ fn a_reference_that_is_too_noisy_is_refused() {
 }
 
 #[test]
+fn comparisons_share_references() {
+    let here = folder();
+    let samples = |out: &str| {
+        let mut command = phototaxis(here.path());
+        command.arg("compare").arg(scene("cornell.toml")).args(SMALL).args(["--runs", "2", "-o", out]);
+        command.args(["--references", "shared"]).assert().success();
+        let text = std::fs::read_to_string(here.path().join(out).join("results.json")).unwrap();
+        assert!(!here.path().join(out).join("references").exists());
+        let results: Value = serde_json::from_str(&text).unwrap();
+        results["scenes"][0]["reference"]["samples"].as_u64().unwrap()
+    };
+    let first = samples("a");
+    assert_eq!(names(&here.path().join("shared")).len(), 1);
+    assert_eq!(samples("b"), first, "a reference whose time is over is taken as it is");
+}
+
+#[test]
 fn a_reference_that_is_no_picture_of_the_scene_is_refused() {
     let here = folder();
     let size = ["--set", "film.width=32", "--set", "film.height=24"];

@@ -46,6 +46,26 @@ fn pictures_and_pages_are_made_and_say_what_made_them() {
 }
 
 #[test]
+fn methods_can_be_chosen_and_steps_share_references() {
+    let here = folder();
+    let only = ["--only", "results,validation", "--scenes", "cornell,wall", "--methods", "none,voronoi"];
+    let output = figures(here.path(), &[&only[..], &["--time", "0.02"]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    let page = std::fs::read_to_string(here.path().join("docs/results.md")).unwrap();
+    assert!(page.contains("| scene | relMSE of `none` | `voronoi` × |\n"), "{page}");
+    let references = names(&here.path().join("work/references"));
+    assert_eq!(references.len(), 2, "one a scene, for both steps: {references:?}");
+    assert!(!here.path().join("work/validation-resolution/references").exists());
+}
+
+#[test]
+fn an_unknown_scene_of_the_results_is_refused() {
+    let here = folder();
+    let output = figures(here.path(), &["--only", "results", "--scenes", "cornel"]);
+    assert!(!output.status.success() && stderr(&output).contains("no scene `cornel`"), "{}", stderr(&output));
+}
+
+#[test]
 fn an_unknown_step_is_refused_before_anything_is_made() {
     let here = folder();
     let output = figures(here.path(), &["--only", "pictures,graphs"]);

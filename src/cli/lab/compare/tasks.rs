@@ -194,6 +194,7 @@ impl CompareArguments {
         say("--reference", &path(&self.reference)?);
         say("--reference-noise", &of(self.reference_noise));
         say("--reference-time", &of(self.reference_time));
+        say("--references", &path(&self.references)?);
         say("--set", &texts(&self.set));
         say("--title", &of(self.title.clone()));
         say("--output", &[absolute(&self.output)?]);

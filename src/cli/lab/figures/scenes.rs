@@ -3,13 +3,13 @@
 
 use super::Desk;
 use crate::cli::progress::say;
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use std::path::Path;
 use toml::{Table, Value};
 
 /// Methods of the results. The paper's are those of the gallery: `paper` as it is written, and `paper-full` with what this program
 /// adds to it.
-const METHODS: [&str; 7] = ["none", "auto", "adaptive", "grid", "sdtree", "paper", "paper-full"];
+pub(super) const METHODS: [&str; 8] = ["none", "auto", "adaptive", "grid", "voronoi", "sdtree", "paper", "paper-full"];
 
 /// Width over height.
 const OWN: [(&str, f64); 3] = [("door", 512.0 / 288.0), ("wall", 512.0 / 384.0), ("cornell", 1.0)];
@@ -66,12 +66,19 @@ pub(super) fn write_plan(desk: &mut Desk, name: &str, content: &Content) -> Resu
         }
     }
     let wanted = &desk.arguments.scenes;
+    let is_known = |name: &&String| {
+        missing.contains(*name) || scenes.iter().any(|scene| scene["name"].as_str() == Some(name.as_str()))
+    };
+    if let Some(unknown) = wanted.iter().find(|name| whole && !is_known(name)) {
+        bail!("there is no scene `{unknown}` among those of the results");
+    }
     scenes.retain(|scene| wanted.is_empty() || wanted.iter().any(|name| scene["name"].as_str() == Some(name)));
     let methods = gallery.get("methods").and_then(Value::as_table).context("the gallery has no methods")?;
-    let paper = methods.iter().filter(|(name, _)| METHODS.contains(&name.as_str()));
+    let chosen = &desk.budgets.methods;
+    let paper = methods.iter().filter(|(name, _)| chosen.contains(name));
     let mut plan = Table::new();
     let (compared, time) = match content {
-        Content::Results => (METHODS.map(Value::from).to_vec(), desk.budgets.time.clone()),
+        Content::Results => (chosen.iter().map(|name| Value::from(name.as_str())).collect(), desk.budgets.time.clone()),
         Content::Method(method) => {
             (vec![Value::from(*method)], vec![desk.budgets.time.iter().copied().fold(0.0, f64::max)])
         }

@@ -72,7 +72,9 @@ pub(super) fn compare(desk: &mut Desk, arguments: Vec<String>, name: &str) -> Re
     let folder = desk.work(name);
     let mut all = vec!["compare".into()];
     all.extend(arguments);
-    all.extend(["--allow-noisy-reference".into(), "-o".into(), text(&folder)]);
+    // steps that have scenes in common have their references in common
+    let references = text(&desk.work("references"));
+    all.extend(["--allow-noisy-reference".into(), "--references".into(), references, "-o".into(), text(&folder)]);
     desk.run(&all)?;
     let json = std::fs::read(folder.join("results.json")).context("results.json")?;
     Ok((folder, serde_json::from_slice(&json)?))

@@ -31,7 +31,7 @@ const LEARNT: f64 = 0.5;
 
 impl RenderExecutor<'_> {
     /// Makes a scene's reference, or makes the one that is there better; `false` where it was told to stop. `file` is its
-    /// place within the folder of the comparison.
+    /// place, within the folder of the comparison where it is relative.
     pub(super) fn make(&mut self, scene: usize, file: &Path, store: &mut Store) -> Result<bool> {
         let Some(smallest) = self.smallest_error(scene) else { return Ok(false) };
         let (name, wanted) = (self.plan.scenes[scene].name(), self.plan.reference_noise * smallest);
