@@ -188,6 +188,20 @@ fn returns_are_moments_of_the_irradiance_s_estimate() {
     assert!((expected - Rgb::splat(2.0 * 3.0 / (3.0 + 2.0 / 3.0))).abs().max_element() < 1e-4, "{expected}");
 }
 
+/// What the guide learns of directions is the rule's target, and roulette's moments are of the bootstrapped one.
+#[test]
+fn returns_are_of_bootstrapped_targets() {
+    let mut guide = guide(|s| s.strata = 1);
+    let key = state(&guide, Vec3::splat(0.3), Vec3::X);
+    let one = Transition { bootstrapped: 3.0, pdf: 0.5, scattered: 1.0, ..visit(key, Vec3::X, Vec3::X, 1.0) };
+    learn(&mut guide, [one; 4]);
+    guide.end_iteration(1);
+    let returns = guide.store.get(key).unwrap().returns;
+    assert_eq!((returns.mean, returns.square), (6.0, 36.0));
+    let irradiance = summary(&guide, key).irradiance;
+    assert!((irradiance - std::f32::consts::PI).abs() < 1e-4, "{irradiance}");
+}
+
 /// Rays count as many as they stand for, and few say little: the share stays between 0 and 1, in what is drawn from too.
 #[test]
 fn a_state_knows_how_often_its_shadow_rays_are_open() {
