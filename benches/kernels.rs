@@ -91,6 +91,7 @@ fn transitions(guide: &Guide, n: usize, seed: u64) -> Recorder {
             wi: PackedDirection::new(wi),
             normal: PackedDirection::new(Vec3::Y),
             target,
+            bootstrapped: target,
             pdf,
             bsdf_pdf: pdf,
             guide_pdf: -1.0,

@@ -97,6 +97,7 @@ fn grid_guide(states: usize) -> Guide {
                 wi,
                 normal,
                 target,
+                bootstrapped: target,
                 hue,
                 pdf,
                 bsdf_pdf,

@@ -24,8 +24,10 @@ pub struct Transition {
     pub wi: PackedDirection,
     /// Shading normal on the side of the path.
     pub normal: PackedDirection,
-    /// Radiance (luminance) that arrived along `wi`.
+    /// Radiance (luminance) that arrived along `wi`, by the rule in use.
     pub target: f32,
+    /// The same as roulette's moments take it: the next vertex by what its table expects on average, whatever the rule.
+    pub bootstrapped: f32,
     /// Its colour.
     pub hue: Hue,
     /// Density of the mixture that drew `wi`, of the BSDF alone and of the guide alone, per steradian; the last is

@@ -92,8 +92,8 @@ impl<L> Region<L> {
     }
 }
 
-/// Moments of the one-sample estimate of a region's irradiance over π, that is of target·f·cosθ/p with the BSDF's albedo
-/// divided out, and the rays it took. Roulette and splitting go by them.
+/// Moments of the one-sample estimate of a region's irradiance over π, that is of f·cosθ/p times the bootstrapped target with the
+/// BSDF's albedo divided out, and the rays it took. Roulette and splitting go by them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReturnMoments {
     pub weight: f32,
@@ -110,7 +110,7 @@ impl ReturnMoments {
     /// would be all that is ever known.
     #[inline]
     pub(super) fn estimate(transition: &Transition) -> Option<f32> {
-        let estimate = transition.target * transition.scattered / transition.pdf;
+        let estimate = transition.bootstrapped * transition.scattered / transition.pdf;
         (transition.scattered > 0.0 && (estimate * estimate).is_finite()).then_some(estimate)
     }
 

@@ -13,7 +13,7 @@ pub(super) struct WaveRecord {
     /// estimation, and next-event estimation.
     pub(crate) local: Vec<Rgb>,
     /// What the frozen table expects of going on.
-    pub(crate) expected: Vec<BootstrapValue>,
+    pub(crate) expected: Vec<Targets<BootstrapValue>>,
     /// What the path's shadow ray found.
     pub(crate) shadows: Vec<ShadowOutcome>,
 }
@@ -27,11 +27,49 @@ impl WaveRecord {
         self.shadows.clear();
         self.shadows.resize(self.arrivals.len(), ShadowOutcome::NONE);
         self.expected.clear();
-        self.expected.resize(self.arrivals.len(), BootstrapValue::NONE);
+        self.expected.resize(self.arrivals.len(), Targets::NOTHING_EXPECTED);
     }
 
     pub(crate) fn clear(&mut self) {
         self.arrivals.clear();
+    }
+}
+
+/// What there is one of for each target of a transition.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Targets<T> {
+    /// Of what the guide learns, by the rule in use.
+    pub(crate) rule: T,
+    /// Of what the moments of roulette are of: bootstrapped under every rule, so that rules can be compared without comparing
+    /// splitting, and the moments are not those of whole paths, whose few bright ones would decide them.
+    pub(crate) moments: T,
+}
+
+impl<T> Targets<T> {
+    #[inline(always)]
+    pub(crate) fn map<U>(self, with: impl Fn(T) -> U) -> Targets<U> {
+        Targets { rule: with(self.rule), moments: with(self.moments) }
+    }
+
+    #[inline(always)]
+    fn zip<U, V>(self, other: Targets<U>, with: impl Fn(T, U) -> V) -> Targets<V> {
+        Targets { rule: with(self.rule, other.rule), moments: with(self.moments, other.moments) }
+    }
+}
+
+impl Targets<BootstrapValue> {
+    /// Where the table cannot say.
+    pub(crate) const NOTHING_EXPECTED: Targets<BootstrapValue> =
+        Targets { rule: BootstrapValue::NONE, moments: BootstrapValue::NONE };
+
+    /// By the rule in use and by the one that bootstraps by the mean: each of `value`.
+    #[inline]
+    pub(crate) fn expected(
+        rule: LearningRule,
+        value: impl Fn(LearningRule) -> Option<BootstrapValue>,
+    ) -> Targets<BootstrapValue> {
+        let value = |rule| value(rule).unwrap_or(BootstrapValue::NONE);
+        Targets { rule: value(rule), moments: value(LearningRule::ExpectedSarsa) }
     }
 }
 
@@ -84,7 +122,7 @@ impl BootstrapValue {
 /// What came back to a vertex from those after it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Return {
-    radiance: Rgb,
+    radiance: Targets<Rgb>,
     rays: f32,
 }
 
@@ -106,12 +144,14 @@ pub(super) fn record(waves: &mut [WaveRecord], buffers: &mut [Vec<Return>; 2], r
         before.resize(parents.len(), Return::default());
         for (i, behind) in followed.iter().enumerate() {
             let (arrival, expected) = (wave.arrivals.get(i), wave.expected[i]);
-            let arrived = wave.local[i] + (expected.radiance + behind.radiance * expected.rest);
+            let local = wave.local[i];
+            let arrived = expected.zip(behind.radiance, |value, found| local + (value.radiance + found * value.rest));
             let rays = 1.0 + behind.rays;
             let shadow = parents.get_mut(arrival.parent as usize);
             push(recorder, &arrival, arrived, rays, shadow);
             if let Some(parent) = before.get_mut(arrival.parent as usize) {
-                parent.radiance += arrival.weight * arrived;
+                let brought = arrival.weight.zip(arrived, |weight, arrived| weight * arrived);
+                parent.radiance = parent.radiance.zip(brought, |sum, more| sum + more);
                 parent.rays += rays;
             }
         }
@@ -120,15 +160,35 @@ pub(super) fn record(waves: &mut [WaveRecord], buffers: &mut [Vec<Return>; 2], r
 }
 
 /// `shadow` is what the shadow ray of the vertex before has found, which the first transition from there takes with it.
-fn push(recorder: &mut Recorder, arrival: &VertexRecord, arrived: Rgb, rays: f32, shadow: Option<&mut ShadowOutcome>) {
-    let target = luminance(arrived);
+fn push(
+    recorder: &mut Recorder,
+    arrival: &VertexRecord,
+    arrived: Targets<Rgb>,
+    rays: f32,
+    shadow: Option<&mut ShadowOutcome>,
+) {
+    let (target, bootstrapped) = (luminance(arrived.rule), luminance(arrived.moments));
     if let Some(edge) = arrival.edge
         && target.is_finite()
+        && bootstrapped.is_finite()
     {
-        let (hue, rays) = (Hue::of(arrived), rays as u16);
+        let (hue, rays) = (Hue::of(arrived.moments), rays as u16);
         let shadow = shadow.map(std::mem::take).unwrap_or_default();
         let PathSegment { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered } = edge;
-        recorder.push(Transition { key, wi, normal, target, hue, pdf, bsdf_pdf, guide_pdf, scattered, rays, shadow });
+        recorder.push(Transition {
+            key,
+            wi,
+            normal,
+            target,
+            bootstrapped,
+            hue,
+            pdf,
+            bsdf_pdf,
+            guide_pdf,
+            scattered,
+            rays,
+            shadow,
+        });
     }
 }
 

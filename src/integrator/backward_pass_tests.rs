@@ -11,10 +11,13 @@ fn edge(key: u64) -> Option<PathSegment> {
     Some(PathSegment { key: RegionId(key), wi, normal, pdf: 0.5, bsdf_pdf: 0.75, guide_pdf: -1.0, scattered })
 }
 
-type Vertex = (VertexRecord, Rgb, Option<BootstrapValue>);
+type Expected = Option<Targets<BootstrapValue>>;
 
-fn vertex(parent: u32, weight: f32, edge: Option<PathSegment>, local: f32, expected: Option<BootstrapValue>) -> Vertex {
-    (VertexRecord { parent, weight: Rgb::splat(weight), edge }, Rgb::splat(local), expected)
+type Vertex = (VertexRecord, Rgb, Expected);
+
+fn vertex(parent: u32, weight: f32, edge: Option<PathSegment>, local: f32, expected: Expected) -> Vertex {
+    let weight = Targets { rule: weight, moments: weight }.map(Rgb::splat);
+    (VertexRecord { parent, weight, edge }, Rgb::splat(local), expected)
 }
 
 fn record_all(waves: &[Vec<Vertex>], buffers: &mut [Vec<Return>; 2], recorder: &mut Recorder) {
@@ -23,7 +26,7 @@ fn record_all(waves: &[Vec<Vertex>], buffers: &mut [Vec<Return>; 2], recorder: &
         wave.iter().for_each(|(arrival, ..)| arrivals.push(arrival));
         vertices.begin(&mut arrivals);
         for (i, &(_, local, expected)) in wave.iter().enumerate() {
-            (vertices.local[i], vertices.expected[i]) = (local, expected.unwrap_or(BootstrapValue::NONE));
+            (vertices.local[i], vertices.expected[i]) = (local, expected.unwrap_or(Targets::NOTHING_EXPECTED));
             vertices.shadows[i] = ShadowOutcome::new(1.0 + i as f32, true);
         }
         vertices
@@ -32,14 +35,27 @@ fn record_all(waves: &[Vec<Vertex>], buffers: &mut [Vec<Return>; 2], recorder: &
 }
 
 /// What a rule expects of a grey surface of albedo 1/2 under an irradiance of 4π (a peak of 6π), after 30 visits.
-fn expected(rule: LearningRule) -> Option<BootstrapValue> {
+const RULES: [LearningRule; 4] =
+    [LearningRule::MonteCarlo, LearningRule::ExpectedSarsa, LearningRule::QLearning, LearningRule::Blend];
+
+fn expected(rule: LearningRule) -> Expected {
     let pi = std::f32::consts::PI;
-    BootstrapValue::new(rule, 10.0, (4.0 * pi, 6.0 * pi, 30.0), Rgb::splat(0.5))
+    let value = |rule| BootstrapValue::new(rule, 10.0, (4.0 * pi, 6.0 * pi, 30.0), Rgb::splat(0.5));
+    Some(Targets::expected(rule, value))
 }
 
 /// The camera sees x; from there one path goes to y1 and another to y2, and from y1 on to z. Beside it, a second path
 /// leaves the scene at once. Returns state, target and rays of what is recorded, sorted by the target's state.
-fn learnt(x: Option<BootstrapValue>, y: Option<BootstrapValue>) -> Vec<(u64, f32, f32)> {
+fn learnt(x: Expected, y: Expected) -> Vec<(u64, f32, f32)> {
+    recorded(x, y).into_iter().map(|t| (t.key.0, t.target, f32::from(t.rays))).collect()
+}
+
+/// The same with the targets of roulette's moments.
+fn bootstrapped(x: Expected, y: Expected) -> Vec<(u64, f32, f32)> {
+    recorded(x, y).into_iter().map(|t| (t.key.0, t.bootstrapped, f32::from(t.rays))).collect()
+}
+
+fn recorded(x: Expected, y: Expected) -> Vec<Transition> {
     let waves = vec![
         vec![vertex(u32::MAX, 1.0, None, 9.0, None), vertex(u32::MAX, 1.0, None, 0.25, x)],
         vec![vertex(1, 0.5, edge(10), 1.0, y), vertex(1, 0.25, edge(11), 3.0, None)],
@@ -49,11 +65,11 @@ fn learnt(x: Option<BootstrapValue>, y: Option<BootstrapValue>) -> Vec<(u64, f32
     ];
     let mut recorder = Recorder::new();
     // memory that an earlier batch has left behind
-    let rest = || vec![Return { radiance: Rgb::splat(1e9), rays: 1e9 }; 3];
+    let radiance = Targets { rule: Rgb::splat(1e9), moments: Rgb::splat(1e9) };
+    let rest = || vec![Return { radiance, rays: 1e9 }; 3];
     record_all(&waves, &mut [rest(), rest()], &mut recorder);
-    let all = (0..SHARDS).flat_map(|shard| recorder.shard(shard));
-    let mut all: Vec<(u64, f32, f32)> = all.map(|t| (t.key.0, t.target, f32::from(t.rays))).collect();
-    all.sort_by_key(|(key, ..)| *key);
+    let mut all: Vec<Transition> = (0..SHARDS).flat_map(|shard| recorder.shard(shard)).copied().collect();
+    all.sort_by_key(|t| t.key);
     all
 }
 
@@ -90,10 +106,39 @@ fn a_part_that_is_expected_is_added_to_what_the_path_finds() {
         (LearningRule::MonteCarlo, 1.0 + 10.0),
     ];
     for (rule, y1) in parts {
-        let part = expected(rule).map(BootstrapValue::of_a_part);
+        let part = expected(rule).map(|values| values.map(BootstrapValue::of_a_part));
         let found = learnt(None, part);
         assert!(near(&found, &[(10, y1, 2.0), (11, 3.0, 1.0), (20, 5.0, 1.0)]), "{rule:?}: {found:?}");
+        let found = bootstrapped(None, part);
+        assert!(near(&found, &[(10, 1.0 + 2.0 + 10.0, 2.0), (11, 3.0, 1.0), (20, 5.0, 1.0)]), "{rule:?}: {found:?}");
     }
+}
+
+/// Where the table knows a state, roulette's moments are of what the next vertex adds and its table expects on average: albedo/π · E =
+/// 1/2 · 4 at y1. Where it does not, of what the path finds.
+#[test]
+fn moments_are_of_bootstrapped_targets_under_every_rule() {
+    for rule in RULES {
+        let found = bootstrapped(expected(rule), expected(rule));
+        assert!(near(&found, &[(10, 1.0 + 2.0, 2.0), (11, 3.0, 1.0), (20, 5.0, 1.0)]), "{rule:?}: {found:?}");
+        let found = bootstrapped(None, None);
+        assert!(near(&found, &[(10, 1.0 + 10.0, 2.0), (11, 3.0, 1.0), (20, 5.0, 1.0)]), "{rule:?}: {found:?}");
+    }
+}
+
+/// What flows back to each target goes by that target's weight.
+#[test]
+fn each_target_has_its_own_weight() {
+    let mut waves = vec![
+        vec![vertex(u32::MAX, 1.0, None, 0.0, None)],
+        vec![vertex(0, 1.0, edge(1), 0.5, None)],
+        vec![vertex(0, 2.0, edge(2), 1.0, None)],
+    ];
+    waves[2][0].0.weight.moments = Rgb::splat(0.25);
+    let mut recorder = Recorder::new();
+    record_all(&waves, &mut [Vec::new(), Vec::new()], &mut recorder);
+    let first = (0..SHARDS).flat_map(|shard| recorder.shard(shard)).find(|t| t.key == RegionId(1)).unwrap();
+    assert!((first.target - 2.5).abs() < 1e-5 && (first.bootstrapped - 0.75).abs() < 1e-5, "{first:?}");
 }
 
 #[test]

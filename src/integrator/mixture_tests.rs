@@ -123,6 +123,7 @@ pub(crate) fn learnt(si: &SurfaceInteraction, table: DirectionTable, rng: &mut R
                 wi: packed,
                 normal,
                 target,
+                bootstrapped: target,
                 pdf: 1.0,
                 bsdf_pdf: 1.0,
                 guide_pdf: -1.0,

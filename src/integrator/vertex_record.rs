@@ -1,6 +1,7 @@
 //! One record per vertex for the backward pass that trains the guide: how its path got there. Structure of arrays, packed as
 //! the rays are.
 
+use super::backward_pass::Targets;
 use crate::guiding::{PackedDirection, RegionId};
 use crate::math::Rgb;
 use crate::simd::{LANES, Lanes, Packing, Vec3Lanes};
@@ -28,8 +29,8 @@ pub(crate) struct VertexRecord {
     /// The last vertex, by its place in its wave.
     pub(crate) parent: u32,
     /// f·|cosθ|/p of the direction, roulette and splitting included; without the diffuse lobes where the last vertex has
-    /// others beside them, and expects what its table says of these.
-    pub(crate) weight: Rgb,
+    /// others beside them, and the target expects what its table says of these.
+    pub(crate) weight: Targets<Rgb>,
     pub(crate) edge: Option<PathSegment>,
 }
 
@@ -40,7 +41,7 @@ pub(crate) struct VertexRecordLanes {
     pub(crate) parent: [u32; LANES],
     /// 1 where something is to be learnt of the edge.
     pub(crate) teaches: [u32; LANES],
-    pub(crate) weight: Vec3Lanes,
+    pub(crate) weight: Targets<Vec3Lanes>,
     pub(crate) key: [u64; LANES],
     /// As [`PackedDirection::bits`].
     pub(crate) wi: [u32; LANES],
@@ -56,7 +57,7 @@ impl VertexRecordLanes {
     pub(crate) const NONE: VertexRecordLanes = VertexRecordLanes {
         parent: [u32::MAX; LANES],
         teaches: [0; LANES],
-        weight: Vec3Lanes::ZERO,
+        weight: Targets { rule: Vec3Lanes::ZERO, moments: Vec3Lanes::ZERO },
         key: [0; LANES],
         wi: [0; LANES],
         normal: [0; LANES],
@@ -69,7 +70,8 @@ impl VertexRecordLanes {
     fn set(&mut self, k: usize, arrival: &VertexRecord) {
         self.parent[k] = arrival.parent;
         self.teaches[k] = arrival.edge.is_some() as u32;
-        self.weight.set(k, arrival.weight);
+        self.weight.rule.set(k, arrival.weight.rule);
+        self.weight.moments.set(k, arrival.weight.moments);
         if let Some(PathSegment { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered }) = arrival.edge {
             (self.key[k], self.wi[k], self.normal[k]) = (key.0, wi.bits(), normal.bits());
             (self.pdf[k], self.bsdf_pdf[k], self.guide_pdf[k]) = (pdf, bsdf_pdf, guide_pdf);
@@ -94,7 +96,8 @@ impl VertexRecordLanes {
     fn pack(&self, packing: &Packing, [first, second]: [&mut VertexRecordLanes; 2]) {
         packing.put(&self.parent, [&mut first.parent, &mut second.parent]);
         packing.put(&self.teaches, [&mut first.teaches, &mut second.teaches]);
-        self.weight.pack(packing, [&mut first.weight, &mut second.weight]);
+        self.weight.rule.pack(packing, [&mut first.weight.rule, &mut second.weight.rule]);
+        self.weight.moments.pack(packing, [&mut first.weight.moments, &mut second.weight.moments]);
         packing.put(&self.key, [&mut first.key, &mut second.key]);
         packing.put(&self.wi, [&mut first.wi, &mut second.wi]);
         packing.put(&self.normal, [&mut first.normal, &mut second.normal]);
@@ -148,7 +151,8 @@ impl VertexRecords {
     pub(crate) fn get(&self, i: usize) -> VertexRecord {
         debug_assert!(i < self.len);
         let (packet, k) = (&self.packets[i / LANES], i % LANES);
-        VertexRecord { parent: packet.parent[k], weight: packet.weight.get(k), edge: packet.edge(k) }
+        let weight = Targets { rule: packet.weight.rule.get(k), moments: packet.weight.moments.get(k) };
+        VertexRecord { parent: packet.parent[k], weight, edge: packet.edge(k) }
     }
 }
 
@@ -164,7 +168,8 @@ mod tests {
             let [wi, normal] = [Vec3::X, Vec3::NEG_Y].map(PackedDirection::new);
             let [pdf, bsdf_pdf, guide_pdf, scattered] = [1.0, 2.0, 3.0, 4.0].map(|times| times * k as f32);
             let edge = PathSegment { key, wi, normal, pdf, bsdf_pdf, guide_pdf, scattered };
-            VertexRecord { parent: 100 + k, weight: Rgb::splat(k as f32), edge: (!k.is_multiple_of(3)).then_some(edge) }
+            let weight = Targets { rule: Rgb::splat(k as f32), moments: Rgb::splat(-0.5 * k as f32) };
+            VertexRecord { parent: 100 + k, weight, edge: (!k.is_multiple_of(3)).then_some(edge) }
         };
         let mut lanes = VertexRecordLanes::NONE;
         (0..LANES).for_each(|k| lanes.set(k, &arrival(k as u32)));

@@ -54,11 +54,13 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
             recorder.push_point(p, Vec3::Y);
             continue;
         };
+        let target = (8.0 * wi.dot(p)).max(0.0).exp() * rng.f32();
         recorder.push(Transition {
             key: at.recorded,
             wi: PackedDirection::new(wi),
             normal: PackedDirection::new(Vec3::Y),
-            target: (8.0 * wi.dot(p)).max(0.0).exp() * rng.f32(),
+            target,
+            bootstrapped: target,
             pdf: 0.2,
             bsdf_pdf: 0.3,
             guide_pdf: 0.1,
@@ -195,10 +197,21 @@ fn the_format_is_that_of_version_9() {
     let mut recorder = Recorder::new();
     let (wi, key) = (PackedDirection::new(Vec3::Y), guide.field().locate(Vec3::ONE, Vec3::Y, [0.5; 3]).unwrap().drawn);
     let (pdf, bsdf_pdf, guide_pdf) = (0.5, 0.5, -1.0);
-    let (hue, shadow) = (Hue::GREY, ShadowOutcome::new(2.5, true));
-    let visit =
-        Transition { key, wi, normal: wi, target: 2.0, hue, pdf, bsdf_pdf, guide_pdf, scattered: 0.5, rays: 1, shadow };
-    recorder.push(visit);
+    let (target, scattered, hue, shadow) = (2.0, 0.5, Hue::GREY, ShadowOutcome::new(2.5, true));
+    recorder.push(Transition {
+        key,
+        wi,
+        normal: wi,
+        target,
+        bootstrapped: target,
+        hue,
+        pdf,
+        bsdf_pdf,
+        guide_pdf,
+        scattered,
+        rays: 1,
+        shadow,
+    });
     guide.learn(&[&recorder]);
     guide_file::write(&path, &guide, &subject(&settings), 300).unwrap();
     let bytes = std::fs::read(&path).unwrap();

@@ -200,11 +200,13 @@ fn teach(guide: &mut Guide, visits: usize, rng: &mut Rng) {
             recorder.push_point(p, Vec3::Y);
             continue;
         };
+        let target = wi.dot(p).max(0.0) * rng.f32();
         recorder.push(Transition {
             key: at.recorded,
             wi: PackedDirection::new(wi),
             normal: PackedDirection::new(Vec3::Y),
-            target: wi.dot(p).max(0.0) * rng.f32(),
+            target,
+            bootstrapped: target,
             pdf: 0.2,
             bsdf_pdf: 0.3,
             guide_pdf: 0.1,

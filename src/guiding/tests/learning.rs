@@ -104,7 +104,10 @@ fn light_scaled_by_a_power_of_two_scales_every_bit() {
         for _ in 0..3 {
             let mut transitions = random_transitions(&mut rng, &guide, 20_000);
             // six orders of magnitude, so that squares stay normal numbers
-            transitions.iter_mut().for_each(|t| t.target = t.target.powf(0.25) * scale + lift);
+            transitions.iter_mut().for_each(|t| {
+                t.target = t.target.powf(0.25) * scale + lift;
+                t.bootstrapped = t.target;
+            });
             learn_all(&mut guide, &transitions, 1000);
             guide.end_iteration(1);
         }
@@ -186,6 +189,19 @@ fn returns_are_moments_of_the_irradiance_s_estimate() {
     // three estimates of relative variance 2/3
     let expected = returns.expected();
     assert!((expected - Rgb::splat(2.0 * 3.0 / (3.0 + 2.0 / 3.0))).abs().max_element() < 1e-4, "{expected}");
+}
+
+/// What the guide learns of directions is the rule's target, and roulette's moments are of the bootstrapped one.
+#[test]
+fn returns_are_of_bootstrapped_targets() {
+    let mut guide = guide(|s| s.strata = 1);
+    let key = state(&guide, Vec3::splat(0.3), Vec3::X);
+    let one = Transition { bootstrapped: 3.0, pdf: 0.5, scattered: 1.0, ..visit(key, Vec3::X, Vec3::X, 1.0) };
+    learn(&mut guide, [one; 4]);
+    let region = guide.store.get(key).unwrap();
+    assert_eq!((region.returns.mean, region.returns.square), (6.0, 36.0));
+    let visited: Vec<f32> = entries(region).iter().filter(|entry| entry.visits > 0.0).map(|entry| entry.q).collect();
+    assert_eq!(visited, [1.0]);
 }
 
 /// Rays count as many as they stand for, and few say little: the share stays between 0 and 1, in what is drawn from too.

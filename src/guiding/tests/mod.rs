@@ -58,6 +58,7 @@ fn visit(key: RegionId, n: Vec3, wi: Vec3, target: f32) -> Transition {
         wi: PackedDirection::new(wi),
         normal: PackedDirection::new(n),
         target,
+        bootstrapped: target,
         pdf: 0.5 * std::f32::consts::FRAC_1_PI,
         bsdf_pdf: cos * std::f32::consts::FRAC_1_PI,
         guide_pdf: -1.0,

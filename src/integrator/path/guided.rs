@@ -4,10 +4,10 @@ use super::draw::DirectionSamples;
 use super::packet::Packet;
 use super::{GuideUse, Probe, Wavefront};
 use crate::bsdf::{Bsdf, DIFFUSE};
-use crate::guiding::settings::GuideSampling;
+use crate::guiding::settings::{GuideSampling, LearningRule};
 use crate::guiding::{PackedDirection, RegionId, RegionInfo, RegionLookup};
 use crate::integrator::Roulette;
-use crate::integrator::backward_pass::BootstrapValue;
+use crate::integrator::backward_pass::{BootstrapValue, Targets};
 use crate::integrator::mixture::{DirectionSample, GuidedBy, GuidedLobes, glossy_product};
 use crate::integrator::roulette::{MAX_SURVIVAL, Moments, RouletteNormalisation};
 use crate::integrator::vertex_record::{PathSegment, VertexRecordLanes};
@@ -115,34 +115,40 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         }
         let (rule, blend) = (guide.settings.rule_in_use(), guide.settings.blend_visits);
         let known = (summary.irradiance, summary.peak, summary.visits);
-        let expected = match bsdf.lambertian() {
-            Some(reflectance) => BootstrapValue::new(rule, blend, known, reflectance),
-            None => {
-                let diffuse = bsdf.diffuse_albedo(packet.surfaces.wo_local(k));
-                BootstrapValue::new(rule, blend, known, diffuse).map(BootstrapValue::of_a_part)
-            }
+        let (reflectance, whole) = match bsdf.lambertian() {
+            Some(reflectance) => (reflectance, true),
+            None => (bsdf.diffuse_albedo(packet.surfaces.wo_local(k)), false),
         };
-        self.batch.vertices[depth as usize - 1].expected[packet.ray(k)] = expected.unwrap_or(BootstrapValue::NONE);
+        let expected = Targets::expected(rule, |rule| {
+            let value = BootstrapValue::new(rule, blend, known, reflectance);
+            if whole { value } else { value.map(BootstrapValue::of_a_part) }
+        });
+        self.batch.vertices[depth as usize - 1].expected[packet.ray(k)] = expected;
     }
 
     /// What goes back to vertex `k`, which draws by itself, of what `next` finds, as a part of its weight: what the vertex
     /// expects already of its diffuse lobes is left out.
     #[inline]
-    pub(super) fn unexpected(&self, packet: &Packet, k: usize, next: &DirectionSample) -> Rgb {
+    pub(super) fn unexpected(&self, packet: &Packet, k: usize, next: &DirectionSample) -> Targets<Rgb> {
+        let all = Targets { rule: next.weight, moments: next.weight };
         let (Some(guide), Some(summary)) = (self.integrator.guide, packet.guided[k].and_then(|known| known.summary))
         else {
-            return next.weight;
+            return all;
         };
         let (Some(bsdf), Some(pdf), wo) = (packet.bsdfs.get(k), next.pdf, packet.surfaces.wo_local(k)) else {
-            return next.weight;
+            return all;
         };
-        let (rule, blend) = (guide.settings.rule_in_use(), guide.settings.blend_visits);
-        let share = BootstrapValue::share(rule, blend, summary.visits);
-        let partly = bsdf.lambertian().is_none() && bsdf.diffuse_albedo(wo) != Rgb::ZERO;
-        let Some(share) = share.filter(|_| partly) else { return next.weight };
+        if bsdf.lambertian().is_some() || bsdf.diffuse_albedo(wo) == Rgb::ZERO {
+            return all;
+        }
         let wi = packet.surfaces.get(k).frame.to_local(next.wi);
         let (diffuse, _) = bsdf.eval_pdf_rough(wo, wi, DIFFUSE);
-        (next.weight - diffuse * (share / pdf.mixture)).max(Rgb::ZERO)
+        let (rule, blend) = (guide.settings.rule_in_use(), guide.settings.blend_visits);
+        let without = |rule| match BootstrapValue::share(rule, blend, summary.visits) {
+            Some(share) => (next.weight - diffuse * (share / pdf.mixture)).max(Rgb::ZERO),
+            None => next.weight,
+        };
+        Targets { rule: without(rule), moments: without(LearningRule::ExpectedSarsa) }
     }
 
     /// Expected numbers of paths that go on, where surfaces reflect `albedo` and `analog` of the light would be left. The
@@ -267,7 +273,8 @@ pub(super) fn edges(
     let mut arrivals = VertexRecordLanes {
         parent: packet.rays(),
         teaches: [0; LANES],
-        weight: *weight,
+        // surfaces that are drawn from side by side are diffuse alone: all that they reflect is expected, or none of it
+        weight: Targets { rule: *weight, moments: *weight },
         key: [0; LANES],
         wi: PackedDirection::of_lanes(&proposals.dir),
         normal: PackedDirection::of_lanes(&normals),

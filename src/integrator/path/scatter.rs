@@ -173,7 +173,7 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             let weight = next.weight / paths;
             if self.learn {
                 let edge = edge(packet, k, &next, survival.luminance[k]);
-                let back = self.unexpected(packet, k, &next) / paths;
+                let back = self.unexpected(packet, k, &next).map(|weight| weight / paths);
                 let arrival = VertexRecord { parent: i as u32, weight: back, edge };
                 self.batch.next.paths.arrivals.push(&arrival);
             }

@@ -153,6 +153,7 @@ impl Sample {
             wi: PackedDirection::new(self.w),
             normal: PackedDirection::new(Vec3::Z),
             target: self.radiance,
+            bootstrapped: self.radiance,
             pdf: self.pdf,
             bsdf_pdf: self.bsdf_pdf,
             guide_pdf: self.guide_pdf,

@@ -23,6 +23,7 @@ fn record(leaves: &FullGuide, n: usize, rng: &mut Rng) -> Recorder {
             wi: PackedDirection::new(w),
             normal: PackedDirection::new(Vec3::Z),
             target: light,
+            bootstrapped: light,
             pdf: UNIFORM_SPHERE_PDF,
             bsdf_pdf: UNIFORM_SPHERE_PDF,
             guide_pdf: known.map_or(-1.0, |summary| leaves.field().distribution(summary, Vec3::Z).pdf(w)),
