@@ -14,7 +14,7 @@ use tempfile::TempDir;
 const SQUARE: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 4/4 3/3 2/2 1/1\n";
 
 /// A square of material `a` fills the picture; the sky is white.
-const VIEW: &str = "[camera]\norigin = [0, 2, 0]\ntarget = [0, 0, 0]\nup = [0, 0, -1]\nvfov = 50\n\
+const VIEW: &str = "[camera]\norigin = [0, 2, 0]\ntarget = [0, 0, 0]\nup = [0, 0, -1]\nvfov = 40\n\
     [film]\nwidth = 12\nheight = 9\n[integrator]\nroulette = 'none'\n[[mesh]]\npath = 'm.obj'\nmaterial = 'a'\n";
 const SKY: &str = "[[light]]\ntype = 'constant'\nradiance = 1\n";
 /// From the side, so that a highlight is seen.

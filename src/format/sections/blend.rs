@@ -125,11 +125,11 @@ fn with_parts(
     let mut whole = material.clone();
     for part in whole.blend.iter_mut().flat_map(|blend| Arc::make_mut(&mut blend.parts)) {
         let Some(name) = &part.name else { continue };
-        if depth == DEEPEST {
+        let named = materials.get(name).unwrap_or(&part.material);
+        if depth == DEEPEST && named.blend.is_some() {
             let message = format!("`{name}` is a blend within itself, or more than {DEEPEST} are within each other");
             return Err(Fault::new(place(name), message));
         }
-        let named = materials.get(name).unwrap_or(&part.material);
         if named.emission != Rgb::ZERO {
             let message =
                 format!("`{name}` is mixed with another material and emits: `emission` is a key of the blend");

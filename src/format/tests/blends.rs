@@ -60,7 +60,7 @@ fn overrides_reach_blends_and_what_they_are_mixed_of() {
 fn what_is_wrong_with_a_blend_is_said_where_it_stands() {
     let blend = |keys: &str| format!("{PARTS}[material.A]\ntype = 'blend'\n{keys}\n");
     for (text, wanted) in [
-        (blend(""), "6:1: `materials` is missing in [material.A]"),
+        (blend(""), "[material.A] needs `materials`"),
         (blend("materials = ['B']"), "8:13: `materials` must be the names of two materials"),
         (blend("materials = 'B'"), "8:13: `materials` must be the names of two materials"),
         (blend("materials = ['B', 3]"), "8:19: `materials` must be a string"),
@@ -74,7 +74,10 @@ fn what_is_wrong_with_a_blend_is_said_where_it_stands() {
         (blend("materials = ['B', 'C']\ntwo_sided = true"), "9:1: `two_sided` is not a key of type `blend`, but of"),
         (blend("materials = ['B', 'C']\nalpha = 1"), "9:1: `alpha` is not a key of type `blend`, but of"),
         (format!("{PARTS}weight = 0.5\n"), "6:1: `weight` is not a key of type `conductor`, but of `blend`"),
-        (blend("materials = ['B', 'C']") + "[material.B]\nemission = 1\n", ""),
+        (
+            format!("{PARTS}emission = 1\n[material.A]\ntype = 'blend'\nmaterials = ['B', 'C']\n"),
+            "9:19: `C` is mixed with another material and emits: `emission` is a key of the blend",
+        ),
         ("[material.A]\ntype = 'blent'".into(), "2:8: unknown type `blent` in [material.A]: did you mean `blend`"),
     ] {
         let message = parsed(&text, &[]).unwrap_err().to_string();
