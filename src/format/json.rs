@@ -5,6 +5,7 @@
 
 use super::SceneFile;
 use super::model::whole_file;
+use super::sections::scattering::KINDS;
 use super::sections::{camera, materials, world};
 use crate::Result;
 use crate::document::{At, COORDINATE, Entries, Entry, Fault, NOT_NEGATIVE, Node, Reader, Source, UNIT, Value};
@@ -104,7 +105,8 @@ impl Import<'_> {
                 self.adapt_material(&name, entries)?;
             }
             let mut t = Reader::new(format!("material `{name}`"), node)?;
-            let material = materials::material(&mut t, None, self.base)?;
+            let kind = t.chosen(materials::TYPE, KINDS)?;
+            let material = materials::material(&mut t, kind, None, self.base)?;
             let (_, material) = material.ok_or_else(|| t.missing("type"))?;
             self.finish(&t)?;
             self.scene.materials.insert(name, material);

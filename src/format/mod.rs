@@ -12,7 +12,7 @@ pub(crate) mod reference;
 mod sections;
 mod tessellate;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod toml;
 pub(crate) mod write;
 mod xml;

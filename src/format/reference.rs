@@ -4,7 +4,7 @@
 use super::SceneFile;
 pub(crate) use super::sections::guiding::METHODS;
 use super::sections::scattering::{KINDS, Kind};
-use super::sections::{camera, guiding, materials, textures, world};
+use super::sections::{blend, camera, guiding, materials, textures, world};
 use crate::document::{Fault, KeyInfo, Reader};
 use crate::light::LightType;
 use crate::math::Rgb;
@@ -47,6 +47,7 @@ fn materials() -> Vec<Section> {
         materials::common(t, Kind::Diffuse, &mut MaterialDescription::default(), base)
     });
     let own = KINDS.iter().map(|(name, kind)| section(name, |t| kind.read(t, &mut kind.bsdf(), base)));
+    let own = own.chain([section(blend::NAME, |t| blend::own_keys(t, None, base, &mut Vec::new()).map(drop))]);
     let color = section("texture", |t| {
         t.flag(textures::VERTEX_COLOR, &mut true)?;
         textures::color_image(t, None, base).map(drop)

@@ -41,7 +41,7 @@ impl<'s> PixelVertex<'s> {
             let wo = -ray.dir;
             let hit = rays.hit(0)?;
             let si = scene.interaction(&hit, wo);
-            let material = scene.material(si.material);
+            let material = scene.choose_material(si.material, si.uv, || rng.f32());
             let plain = scene.bsdf(material, si.uv, || scene.vertex_color(&hit));
             let bsdf = material.relief().map_or(plain, |relief| scene.in_relief(plain, relief, Some(hit), &si));
             if bsdf.has_smooth() {

@@ -19,6 +19,9 @@ const INDEPENDENT: u32 = 0x243f_6a88;
 const SEEDS: u32 = 0x85a3_08d3;
 const BRANCH: u32 = 0x1319_8a2e;
 
+/// Begins the numbers of sets that are not numbered vertex by vertex.
+const PARTS: u32 = 1 << 31;
+
 /// How the samples of a pixel are spread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplerKind {
@@ -90,12 +93,15 @@ enum Set {
     Light(u32),
     Roulette(u32),
     Direction(u32),
+    Part(u32),
 }
 
 impl Set {
     /// The vertex that the set belongs to, 0 being the camera; and which of all sets it is.
     fn place(self) -> (u32, u32) {
         let (vertex, number) = match self {
+            // behind all others, whose numbers stay what they were
+            Set::Part(vertex) => return (vertex, PARTS | vertex),
             Set::Camera => (0, 0),
             Set::Shadow(vertex) => (vertex, 0),
             Set::Light(vertex) => (vertex, 1),
@@ -185,6 +191,13 @@ impl Sampler {
     #[inline]
     pub(crate) fn roulette<const N: usize>(self, keys: &PathKeys<N>, vertex: u32) -> [f32; N] {
         let [u] = self.words(Set::Roulette(vertex), keys);
+        units(&u)
+    }
+
+    /// Which of two materials that are mixed a surface is.
+    #[inline]
+    pub(crate) fn part<const N: usize>(self, keys: &PathKeys<N>, vertex: u32) -> [f32; N] {
+        let [u] = self.words(Set::Part(vertex), keys);
         units(&u)
     }
 

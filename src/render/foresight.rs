@@ -33,7 +33,7 @@ fn follow(scene: &Scene, ray: &Ray, rng: &mut Rng, met: &mut Vec<(Vec3, Vec3)>) 
     let si = scene.interaction(&hit, -ray.dir);
     let n = si.frame.n;
     met.push((si.p, if n.dot(ray.dir) > 0.0 { -n } else { n }));
-    let bsdf = scene.bsdf(scene.material(si.material), si.uv, || scene.vertex_color(&hit));
+    let bsdf = scene.bsdf(scene.choose_material(si.material, si.uv, || rng.f32()), si.uv, || scene.vertex_color(&hit));
     let next = bsdf.sample(si.frame.to_local(-ray.dir), rng.f32(), rng.f32x2())?;
     let dir = si.frame.to_world(next.wi);
     si.consistent(dir).then(|| Ray { org: si.spawn(dir), dir, tfar: f32::INFINITY })

@@ -101,7 +101,9 @@ impl LoadedAssets {
     fn check_vertex_colors(&self, number: u32, loaded: &Model, place: &MeshDescription) -> Result<()> {
         let (material, name) = (&self.materials[number as usize], &self.names[number as usize]);
         let asks = |texture: Option<ColorTexture>| matches!(texture, Some(ColorTexture::Vertex(_)));
-        if loaded.mesh.colors.is_some() || !color_textures(&material.bsdf).into_iter().any(asks) {
+        let mut asked = false;
+        material.each_single(&mut |single| asked |= color_textures(&single.bsdf).into_iter().any(asks));
+        if loaded.mesh.colors.is_some() || !asked {
             return Ok(());
         }
         Err(place.source.error(format!("material `{name}` takes the colours of vertices, and there are none")))
@@ -148,6 +150,7 @@ fn check_replacement(place: &MeshDescription, loaded: &Model, scene: &SceneDescr
 /// is a warning.
 fn check_names(description: &SceneDescription, mut known: BTreeSet<String>) -> Result<Vec<String>> {
     known.extend(description.meshes.iter().filter_map(|mesh| mesh.material.clone()));
+    description.materials.values().for_each(|material| material.add_names_of_parts(&mut known));
     known.remove("");
     let message = |name: &str| {
         let subject = format!("no model has a material `{name}`");

@@ -9,7 +9,7 @@ use crate::light::LightDescription;
 use crate::math::Rgb;
 use crate::texture::{ColorTexture, EmbeddedPictures, ImageTexture, ReliefTexture, ScalarTexture};
 use glam::{DAffine3, DVec3, Vec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::Arc;
 
@@ -212,9 +212,72 @@ pub struct MaterialDescription {
     pub light_group: Option<String>,
     /// Turns normals.
     pub relief: Option<ReliefTexture>,
+    /// The surface is two others, mixed. How it scatters, its sides and its relief are theirs then; opacity counts beside theirs.
+    pub blend: Option<BlendDescription>,
+}
+
+/// Two materials mixed: f = (1 − w) f₁ + w f₂.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlendDescription {
+    /// The share w of the second.
+    pub weight: ScalarTexture,
+    /// What they emit has no part in it.
+    pub parts: Arc<[BlendPart; 2]>,
+}
+
+/// One of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlendPart {
+    /// The material of the scene file that it is.
+    pub name: Option<String>,
+    pub material: MaterialDescription,
+}
+
+impl From<MaterialDescription> for BlendPart {
+    fn from(material: MaterialDescription) -> BlendPart {
+        BlendPart { name: None, material }
+    }
 }
 
 impl MaterialDescription {
+    /// Two materials, the second with the share `weight`.
+    pub(crate) fn blend(weight: ScalarTexture, [first, second]: [MaterialDescription; 2]) -> MaterialDescription {
+        let blend = BlendDescription { weight, parts: Arc::new([first.into(), second.into()]) };
+        MaterialDescription { blend: Some(blend), ..MaterialDescription::default() }
+    }
+
+    /// What a scene file calls its type.
+    pub(crate) fn type_name(&self) -> &'static str {
+        if self.blend.is_some() { "blend" } else { self.bsdf.bsdf_type().name() }
+    }
+
+    /// Adds the names of the materials that it is mixed of.
+    pub(crate) fn add_names_of_parts(&self, names: &mut BTreeSet<String>) {
+        for part in self.blend.iter().flat_map(|blend| blend.parts.iter()) {
+            names.extend(part.name.clone());
+            part.material.add_names_of_parts(names);
+        }
+    }
+
+    /// Calls `each` with all that is no blend: the material itself, or what it is mixed of.
+    pub(crate) fn each_single<'a>(&'a self, each: &mut impl FnMut(&'a MaterialDescription)) {
+        match &self.blend {
+            None => each(self),
+            Some(blend) => blend.parts.iter().for_each(|part| part.material.each_single(each)),
+        }
+    }
+
+    /// The same, to change them.
+    pub(crate) fn change_singles(&mut self, change: &mut impl FnMut(&mut MaterialDescription)) {
+        match &mut self.blend {
+            None => change(self),
+            Some(blend) => {
+                let parts = Arc::make_mut(&mut blend.parts);
+                parts.iter_mut().for_each(|part| part.material.change_singles(change));
+            }
+        }
+    }
+
     /// Of a name that nothing describes: diffuse, in the colours of the mesh's vertices where it has some, else grey.
     pub(crate) fn unknown(has_colors: bool) -> MaterialDescription {
         let diffuse = if has_colors {
@@ -252,6 +315,7 @@ impl Default for MaterialDescription {
             emission_two_sided: false,
             light_group: None,
             relief: None,
+            blend: None,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Materials, ready for rendering: scattering with its textures, emission, and what is seen through.
 
+use super::blend::Blend;
 use crate::Result;
 use crate::bsdf::{Bsdf, BsdfModel, BsdfTables, color_textures, share_textures};
 use crate::embree::OpacityTest;
@@ -24,7 +25,9 @@ pub(crate) struct Material {
     of_vertices: [bool; 2],
     /// Components of the second colour that come from pictures.
     shares: [Option<ScalarMap>; 3],
-    opacity: Opacity,
+    opacity: Share,
+    /// What it is mixed of. How it scatters is theirs then.
+    blend: Option<Blend>,
     relief: Option<Relief>,
     /// Times the picture, where there is one.
     emission: Rgb,
@@ -38,11 +41,47 @@ pub(crate) struct Material {
     light_group: u32,
 }
 
-/// The share of light that is stopped, textures loaded.
+/// A number in [0, 1] that may come from a picture, which is loaded. What is no number is 1.
 #[derive(Clone, Copy, Debug)]
-enum Opacity {
+pub(super) enum Share {
     Constant(f32),
     Map(ScalarMap),
+}
+
+impl Share {
+    pub(super) fn new(texture: &ScalarTexture, cache: &mut TextureCache) -> Result<Share> {
+        Ok(match texture {
+            ScalarTexture::Constant(share) => Share::Constant(*share),
+            picture => ScalarMap::new(picture, cache)?.map_or(Share::Constant(1.0), Share::Map),
+        })
+    }
+
+    #[inline]
+    pub(super) fn value(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
+        let share = match self {
+            Share::Constant(share) => *share,
+            Share::Map(map) => map.value(textures, uv),
+        };
+        if share < 1.0 { share.max(0.0) } else { 1.0 }
+    }
+
+    pub(super) fn is_constant(&self) -> bool {
+        matches!(self, Share::Constant(_))
+    }
+
+    pub(super) fn map(&self) -> Option<TextureMap> {
+        match self {
+            Share::Constant(_) => None,
+            Share::Map(scalar) => Some(scalar.map),
+        }
+    }
+
+    fn is_one(&self, textures: &[Texture]) -> bool {
+        match self {
+            Share::Constant(share) => *share >= 1.0,
+            Share::Map(map) => map.is_one(textures),
+        }
+    }
 }
 
 impl Material {
@@ -62,11 +101,9 @@ impl Material {
                 Some(ColorTexture::Image(image)) => maps[k] = Some(cache.resolve(&image)?),
             }
         }
-        let opacity = match &description.opacity {
-            None => Opacity::Constant(1.0),
-            Some(ScalarTexture::Constant(share)) => Opacity::Constant(*share),
-            Some(texture) => ScalarMap::new(texture, cache)?.map_or(Opacity::Constant(1.0), Opacity::Map),
-        };
+        let opacity = description.opacity.as_ref();
+        let opacity = opacity.map_or(Ok(Share::Constant(1.0)), |texture| Share::new(texture, cache))?;
+        let blend = description.blend.as_ref().map(|blend| Blend::new(blend, cache, tables)).transpose()?;
         let relief = description.relief.as_ref().map(|texture| Relief::new(texture, cache)).transpose()?;
         let emission_map = description.emission_map.as_ref().map(|image| cache.resolve(image)).transpose()?;
         let emission_peak = emission_map.map_or(1.0, |map| map.peak(cache.textures()));
@@ -79,7 +116,7 @@ impl Material {
         let has_pictures = maps.iter().any(Option::is_some) || shares.iter().any(Option::is_some);
         let textured = has_pictures || of_vertices.contains(&true);
         Ok(Material {
-            plain: model.is_diffuse() && !textured && relief.is_none(),
+            plain: model.is_diffuse() && !textured && relief.is_none() && blend.is_none(),
             model,
             colors,
             textured,
@@ -87,6 +124,7 @@ impl Material {
             of_vertices,
             shares,
             opacity,
+            blend,
             relief,
             emission: description.emission,
             emission_map,
@@ -95,6 +133,12 @@ impl Material {
             emission_two_sided: description.emission_two_sided,
             light_group: 0,
         })
+    }
+
+    /// As a part of a blend: what is no surface is a hole in the other part.
+    pub(super) fn in_blend(self, description: &MaterialDescription) -> Material {
+        let hole = description.blend.is_none() && !description.bsdf.bsdf_type().is_surface();
+        if hole { Material { opacity: Share::Constant(0.0), ..self } } else { self }
     }
 
     /// The same, its light being in that group.
@@ -121,6 +165,9 @@ impl Material {
     /// Asks for the texels that [`Self::bsdf`] will read at the texture coordinates `uv`.
     #[inline]
     pub(crate) fn prefetch(&self, textures: &[Texture], uv: [f32; 2]) {
+        if let Some(blend) = &self.blend {
+            blend.prefetch(textures, uv);
+        }
         if self.textured {
             let shares = self.shares.iter().flatten().map(|share| &share.map);
             self.maps.iter().flatten().chain(shares).for_each(|map| map.prefetch(textures, uv));
@@ -176,12 +223,8 @@ impl Material {
 
     /// Texels of all pictures that say how much is seen of the emission, under a triangle with these texture coordinates.
     fn emission_texels(&self, textures: &[Texture], uvs: [[f32; 2]; 3]) -> f64 {
-        let opacity = match self.opacity {
-            Opacity::Constant(_) => None,
-            Opacity::Map(scalar) => Some(scalar.map),
-        };
-        let texels = [opacity, self.emission_map].into_iter().flatten().map(|map| map.texels_between(textures, uvs));
-        texels.fold(1.0, f64::max)
+        let maps = self.opacity_maps().into_iter().chain(self.emission_map);
+        maps.map(|map| map.texels_between(textures, uvs)).fold(1.0, f64::max)
     }
 
     /// The same material with another emission on the sides that emit.
@@ -198,28 +241,52 @@ impl Material {
         self.emission_two_sided
     }
 
+    /// What it is at a vertex: itself, or one of those that it is mixed of, by the chance `u` in [0, 1).
+    #[inline(always)]
+    pub(super) fn choose(&self, textures: &[Texture], uv: [f32; 2], u: impl FnOnce() -> f32) -> &Material {
+        match &self.blend {
+            None => self,
+            Some(blend) => blend.choose(textures, uv, u()),
+        }
+    }
+
+    /// Calls `each` with what it may be, and `probability` times how probable that is.
+    pub(super) fn each_choice<'a>(
+        &'a self,
+        textures: &[Texture],
+        uv: [f32; 2],
+        probability: f32,
+        each: &mut dyn FnMut(&'a Material, f32),
+    ) {
+        match &self.blend {
+            None => each(self, probability),
+            Some(blend) => blend.each_choice(textures, uv, probability, each),
+        }
+    }
+
     /// Probability that a ray is stopped, in [0, 1]. What is no number stops all.
-    fn opacity(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
-        let share = match self.opacity {
-            Opacity::Constant(share) => share,
-            Opacity::Map(map) => map.value(textures, uv),
-        };
-        if share < 1.0 { share.max(0.0) } else { 1.0 }
+    pub(super) fn opacity(&self, textures: &[Texture], uv: [f32; 2]) -> f32 {
+        let own = self.opacity.value(textures, uv);
+        self.blend.as_ref().map_or(own, |blend| own * blend.opacity(textures, uv))
+    }
+
+    /// The pictures that this goes by.
+    pub(super) fn opacity_maps(&self) -> Vec<TextureMap> {
+        let parts = self.blend.iter().flat_map(Blend::opacity_maps);
+        parts.chain(self.opacity.map()).collect()
     }
 
     /// The same where it is the same everywhere.
     pub(crate) fn constant_opacity(&self, textures: &[Texture]) -> Option<f32> {
-        match self.opacity {
-            Opacity::Constant(_) => Some(self.opacity(textures, [0.0; 2])),
-            _ => self.is_opaque(textures).then_some(1.0),
-        }
+        let own = match self.opacity {
+            Share::Constant(_) => self.opacity.value(textures, [0.0; 2]),
+            Share::Map(_) => self.opacity.is_one(textures).then_some(1.0)?,
+        };
+        self.blend.as_ref().map_or(Some(own), |blend| Some(own * blend.constant_opacity(textures)?))
     }
 
-    fn is_opaque(&self, textures: &[Texture]) -> bool {
-        match self.opacity {
-            Opacity::Constant(share) => share >= 1.0,
-            Opacity::Map(map) => map.is_one(textures),
-        }
+    pub(super) fn is_opaque(&self, textures: &[Texture]) -> bool {
+        self.opacity.is_one(textures) && self.blend.as_ref().is_none_or(|blend| blend.is_opaque(textures))
     }
 }
 

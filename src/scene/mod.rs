@@ -3,6 +3,7 @@
 pub(crate) mod adaptation;
 mod animation;
 mod assets;
+mod blend;
 mod build;
 mod camera;
 pub mod description;
@@ -111,6 +112,24 @@ impl Scene {
     #[inline]
     pub(crate) fn material(&self, index: u32) -> &Material {
         &self.materials[index as usize]
+    }
+
+    /// What a surface is at a vertex: its material, or one of those that this is mixed of, by the chance `u` in [0, 1). Whatever happens
+    /// at the vertex must go by one such choice.
+    #[inline]
+    pub(crate) fn choose_material(&self, material: u32, uv: [f32; 2], u: impl FnOnce() -> f32) -> &Material {
+        self.material(material).choose(&self.textures, uv, u)
+    }
+
+    /// Calls `each` with what a surface of the material may be, and how probable that is.
+    #[inline]
+    pub(crate) fn each_choice<'a>(
+        &self,
+        material: &'a Material,
+        uv: [f32; 2],
+        each: &mut dyn FnMut(&'a Material, f32),
+    ) {
+        material.each_choice(&self.textures, uv, 1.0, each);
     }
 
     /// Whether any material reads pictures.

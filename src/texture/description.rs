@@ -1,7 +1,7 @@
 //! Textures as written.
 
 use crate::Result;
-use crate::image::picture::{self, Picture};
+use crate::image::picture::{self, Picture, Samples};
 use crate::math::Rgb;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -77,6 +77,22 @@ impl ImageTexture {
         let picture = picture_at(&self.path, embedded)?;
         let picture = if stored { picture.with_curve(|x| x) } else { picture };
         Ok(picture.mean() * self.tint)
+    }
+
+    /// Makes the numbers that are stored those that its colours are in linear light. (What cannot be read is an error where the scene is
+    /// loaded.)
+    pub(crate) fn decode(&mut self, embedded: &mut EmbeddedPictures) {
+        let name = PathBuf::from(format!("{}#decoded", self.path.display()));
+        if !embedded.contains_key(&name) {
+            let Ok(picture) = picture_at(&self.path, embedded) else { return };
+            if matches!(picture.samples, Samples::F32(_)) {
+                return;
+            }
+            let numbers = picture.colors().iter().flat_map(|color| color.to_array()).collect();
+            let picture = Picture { channels: 3, samples: Samples::F32(numbers), ..picture };
+            embedded.insert(name.clone(), Arc::new(EmbeddedPicture::Decoded(picture)));
+        }
+        self.path = name;
     }
 
     /// Lets every second copy be mirrored, across u, v or both: by a picture that has its own mirror image beside it.

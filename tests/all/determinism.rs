@@ -1,7 +1,7 @@
 //! The same scene, seed and budget give the same picture bit for bit, and the same guide, with any number of threads, by
 //! one build of the program and at one instruction set of Embree's.
 
-use crate::common::{Loaded, build_with, describe, own, own_path};
+use crate::common::{Loaded, build_with, describe, load_written, own, own_path};
 use phototaxis::embree::Isa;
 use phototaxis::guiding::settings::{DirectionTable, GuidingMethod, GuidingSettings, Updates};
 use phototaxis::integrator::Roulette;
@@ -106,6 +106,23 @@ fn any_number_of_threads_gives_the_same_bits_at_every_instruction_set() {
             assert!(one == with_threads(3, &loaded, &settings), "{}, {name}: 3 threads differ from one", isa.name());
             assert!(one.mean.iter().flatten().any(|bits| *bits != 0), "{}, {name}: all is black", isa.name());
         }
+    }
+}
+
+/// What a surface of two materials is at a vertex is decided by the path's own numbers.
+#[test]
+fn any_number_of_threads_gives_the_same_bits_where_materials_are_mixed() {
+    let mesh = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 0 -1\nv 1 0 -1\nv 1 2 -1\nv -1 2 -1\nusemtl a\nf 4 3 2 1\nf 5 6 7 8\n";
+    let text = "[camera]\norigin = [0, 1, 4]\ntarget = [0, 0.5, 0]\n[[mesh]]\npath = 'm.obj'\n[[light]]\ntype = 'constant'\nradiance = 1\n\
+        [material.a]\ntype = 'blend'\nmaterials = ['b', 'c']\nweight = 0.4\n[material.b]\ntype = 'diffuse'\n[material.c]\ntype = 'conductor'\nalpha = 0.2\n";
+    let mut loaded = load_written(&[("scene.toml", text), ("m.obj", mesh)], &SIZE);
+    loaded.settings.guiding = GuidingSettings::default();
+    for (name, change) in &WAYS[1..4] {
+        let mut settings = loaded.settings.clone();
+        change(&mut settings);
+        let one = with_threads(1, &loaded, &settings);
+        assert!(one.mean.iter().flatten().any(|bits| *bits != 0), "{name}: all is black");
+        assert!(one == with_threads(3, &loaded, &settings), "{name}: 3 threads differ from one");
     }
 }
 

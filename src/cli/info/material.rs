@@ -3,7 +3,7 @@
 use crate::document::{Bounds, Key};
 use crate::fields::{Choice, FieldVisitor, Fields};
 use crate::math::Rgb;
-use crate::scene::description::MaterialDescription;
+use crate::scene::description::{BlendDescription, BlendPart, MaterialDescription};
 use crate::scene::{DescribedMaterial, MaterialSource};
 use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
 use glam::{Affine3A, DVec3, Vec3};
@@ -33,7 +33,14 @@ pub(super) fn source(source: MaterialSource) -> &'static str {
 /// All parameters of a material, by the keys of a scene file.
 pub(super) fn parameters(material: &DescribedMaterial) -> Vec<Parameter> {
     let described = &material.description;
-    let usual = MaterialDescription { bsdf: described.bsdf.bsdf_type().bsdf(), ..Default::default() };
+    let usual = MaterialDescription {
+        bsdf: described.bsdf.bsdf_type().bsdf(),
+        blend: described
+            .blend
+            .as_ref()
+            .map(|blend| BlendDescription { weight: ScalarTexture::Constant(0.5), ..blend.clone() }),
+        ..Default::default()
+    };
     let from = source(material.source);
     let pairs = all_values(described).into_iter().zip(all_values(&usual));
     pairs
@@ -52,8 +59,13 @@ pub(super) fn values(fields: &mut impl Fields) -> Vec<(&'static str, Value)> {
 }
 
 fn all_values(material: &MaterialDescription) -> Vec<(&'static str, Value)> {
-    let mut all = values(&mut material.bsdf.clone());
-    all.push(("two_sided", json!(material.two_sided)));
+    let mut all = match &material.blend {
+        Some(blend) => vec![("materials", parts(blend)), ("weight", scalar(&blend.weight))],
+        None => values(&mut material.bsdf.clone()),
+    };
+    if material.blend.is_none() {
+        all.push(("two_sided", json!(material.two_sided)));
+    }
     all.push(("opacity", material.opacity.as_ref().map_or(json!(1.0), scalar)));
     all.push((
         "emission",
@@ -64,9 +76,19 @@ fn all_values(material: &MaterialDescription) -> Vec<(&'static str, Value)> {
     all
 }
 
+/// What it is mixed of: each by its name and type.
+fn parts(blend: &BlendDescription) -> Value {
+    let part = |part: &BlendPart| json!({ "name": part.name, "type": part.material.type_name() });
+    blend.parts.iter().map(part).collect()
+}
+
 /// The pictures of a material.
 pub(super) fn pictures(material: &MaterialDescription) -> Vec<PathBuf> {
     let mut found = Vec::new();
+    if let Some(blend) = &material.blend {
+        found.extend(blend.weight.image().map(|image| image.path.clone()));
+        found.extend(blend.parts.iter().flat_map(|part| pictures(&part.material)));
+    }
     crate::fields::each_texture(&mut material.bsdf.clone(), |texture| {
         if let ColorTexture::Image(image) = texture {
             found.push(image.path.clone());

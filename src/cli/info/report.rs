@@ -172,7 +172,7 @@ fn materials(scene: &Scene, inventory: &Inventory) -> Vec<Material> {
     let described = scene.described_materials().iter().zip(&inventory.materials);
     let material = |(material, used): (&DescribedMaterial, &MaterialUse)| Material {
         name: material.name.clone(),
-        kind: material.description.bsdf.bsdf_type().name(),
+        kind: material.description.type_name(),
         source: source(material.source),
         triangles: used.triangles,
         area: used.area,

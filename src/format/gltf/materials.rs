@@ -138,6 +138,7 @@ impl Reader<'_, '_> {
             emission_two_sided: material.double_sided(),
             light_group: None,
             relief,
+            blend: None,
         })
     }
 

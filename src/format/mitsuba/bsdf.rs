@@ -47,7 +47,7 @@ impl Materials<'_> {
                 if self.objects.children(bsdf, "bsdf")?.len() > 1 {
                     self.objects.warn(&bsdf.at, "both sides have the first bsdf of this `twosided`");
                 }
-                MaterialDescription { two_sided: true, ..inner()? }
+                changed(inner()?, |single| single.two_sided = true)
             }
             "mask" => {
                 let opacity = self.textures.scalar(bsdf, "opacity", 0.5)?;
@@ -55,11 +55,11 @@ impl Materials<'_> {
             }
             "bumpmap" => {
                 let relief = self.relief(bsdf, ReliefKind::Heights)?;
-                MaterialDescription { relief, ..inner()? }
+                changed(inner()?, |single| single.relief.clone_from(&relief))
             }
             "normalmap" => {
                 let relief = self.relief(bsdf, ReliefKind::Normals)?;
-                MaterialDescription { relief, ..inner()? }
+                changed(inner()?, |single| single.relief.clone_from(&relief))
             }
             "blendbsdf" => self.blend(bsdf, depth)?,
             "mixturebsdf" => self.mixture(bsdf, depth)?,
@@ -122,12 +122,10 @@ impl Materials<'_> {
             }
             _ => (),
         }
-        let second_counts = matches!(weight, ScalarTexture::Constant(share) if share > 0.5);
-        self.replaced(bsdf, if second_counts { "its second bsdf is taken" } else { "its first bsdf is taken" });
-        Ok(if second_counts { second } else { first })
+        Ok(MaterialDescription::blend(weight, [first, second]))
     }
 
-    /// Several materials with the weights that a string says: two constant diffuse ones are one, else the heaviest is taken.
+    /// Several materials with the weights that a string says, blend by blend. Weights that are less than 1 together absorb the rest.
     fn mixture(&self, bsdf: &Rc<Object>, depth: usize) -> Result<MaterialDescription> {
         let children = self.objects.children(bsdf, "bsdf")?;
         let weights = color::numbers(bsdf.text("weights")?.unwrap_or_default()).unwrap_or_default();
@@ -138,16 +136,16 @@ impl Materials<'_> {
         for (_, child) in &children {
             parts.push(self.nested(child, depth + 1)?);
         }
+        let mut weights = weights;
         let sum: f64 = weights.iter().sum();
-        if let [first, second] = &parts[..]
-            && (sum - 1.0).abs() < 1e-3
-            && let Some(mixed) = mixed(first, second, weights[1] as f32)
-        {
-            return Ok(mixed);
+        if sum > 1.0 {
+            // as there
+            self.objects.warn(&bsdf.at, "`weights` are more than 1 together and are divided by their sum");
+        } else if sum < 1.0 - 1e-6 {
+            parts.push(one_sided(DiffuseParameters { reflectance: ColorTexture::grey(0.0) }));
+            weights.push(1.0 - sum);
         }
-        let heaviest = (0..parts.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
-        self.replaced(bsdf, &format!("its bsdf {} is taken, which has the most weight", heaviest + 1));
-        Ok(parts.swap_remove(heaviest))
+        Ok(blended(parts, &weights))
     }
 
     fn single(&self, bsdf: &Rc<Object>) -> Result<MaterialDescription> {
@@ -272,12 +270,44 @@ impl Materials<'_> {
     }
 
     fn principled(&self, bsdf: &Object) -> Result<MaterialDescription> {
-        let base_color = self.textures.color(bsdf, "base_color", 0.5)?;
-        let transmitted = self.textures.number(bsdf, "spec_trans", 0.0)?;
-        if transmitted >= 0.5 {
-            return self.principled_glass(bsdf, &base_color);
+        let transmitted = self.textures.scalar(bsdf, "spec_trans", 0.0)?;
+        let opaque = self.principled_opaque(bsdf)?;
+        match transmitted {
+            ScalarTexture::Constant(share) if share <= 0.0 => Ok(one_sided(opaque)),
+            transmitted => self.principled_transmissive(bsdf, transmitted, opaque),
         }
-        for name in ["spec_trans", "anisotropic", "flatness"] {
+    }
+
+    /// The model is m·metal + (1 − m)·((1 − t)·opaque + t·glass): all but its diffuse base is the same with and without transmission t, and
+    /// what reflects at the interface of glass is what reflects at that of an opaque dielectric.
+    fn principled_transmissive(
+        &self,
+        bsdf: &Object,
+        transmitted: ScalarTexture,
+        opaque: PrincipledParameters,
+    ) -> Result<MaterialDescription> {
+        if [opaque.clearcoat, opaque.sheen, opaque.spec_tint].iter().any(|share| *share > 0.0) {
+            let message = "`clearcoat`, `sheen` and `spec_tint` of `principled` are left out where `spec_trans` lets light through";
+            self.objects.warn(&bsdf.at, message);
+        }
+        let of_metallic = |metallic: f32| {
+            let maps = PrincipledMaps { metallic: None, ..opaque.maps.clone() };
+            one_sided(PrincipledParameters { metallic, maps, ..opaque.clone() })
+        };
+        let glass = self.principled_glass(bsdf)?;
+        let dielectric = match transmitted {
+            ScalarTexture::Constant(share) if share >= 1.0 => glass,
+            share => MaterialDescription::blend(share, [of_metallic(0.0), glass]),
+        };
+        match opaque.maps.metallic.clone().unwrap_or(ScalarTexture::Constant(opaque.metallic)) {
+            ScalarTexture::Constant(share) if share <= 0.0 => Ok(dielectric),
+            share => Ok(MaterialDescription::blend(share, [dielectric, of_metallic(1.0)])),
+        }
+    }
+
+    fn principled_opaque(&self, bsdf: &Object) -> Result<PrincipledParameters> {
+        let base_color = self.textures.color(bsdf, "base_color", 0.5)?;
+        for name in ["anisotropic", "flatness"] {
             if self.textures.number(bsdf, name, 0.0)? != 0.0 {
                 self.objects.warn(&bsdf.at, format!("`{name}` of `principled` has no counterpart: 0 is taken"));
             }
@@ -301,7 +331,7 @@ impl Materials<'_> {
             Some(eta) => ((((eta - 1.0) / (eta + 1.0)).powi(2) / 0.08) as f32).clamp(0.0, 1.0),
             None => split("specular", 0.5, &mut maps.specular)?,
         };
-        Ok(one_sided(PrincipledParameters {
+        Ok(PrincipledParameters {
             base_color,
             metallic,
             roughness,
@@ -313,25 +343,20 @@ impl Materials<'_> {
             sheen_tint: share("sheen_tint", 0.0)?,
             energy_conserving: false,
             maps,
-        }))
+        })
     }
 
-    fn principled_glass(&self, bsdf: &Object, base_color: &ColorTexture) -> Result<MaterialDescription> {
-        self.replaced(bsdf, "with `spec_trans` of half or more, rough glass is taken");
+    /// What it is where all light that is not reflected goes through: rough glass that takes the root of the colour at each crossing.
+    fn principled_glass(&self, bsdf: &Object) -> Result<MaterialDescription> {
+        let base_color = self.textures.constant(bsdf, "base_color", 0.5)?;
         let roughness = self.textures.number(bsdf, "roughness", 0.5)?;
         let specular = self.textures.number(bsdf, "specular", 0.5)?;
         let of_specular = f64::from(2.0 / (1.0 - (0.08 * specular.clamp(0.0, 1.0)).sqrt()) - 1.0);
-        let names =
-            ["metallic", "spec_tint", "clearcoat", "clearcoat_gloss", "sheen", "sheen_tint", "flatness", "anisotropic"];
-        bsdf.ignore(&names);
-        let transmittance = match base_color {
-            ColorTexture::Constant(color) => color.max(Rgb::ZERO).map(f32::sqrt),
-            _ => Rgb::ONE,
-        };
         Ok(one_sided(DielectricParameters {
             int_ior: bsdf.number("eta", of_specular)? as f32,
-            specular_transmittance: transmittance,
-            alpha: (roughness * roughness).clamp(0.0, 1.0),
+            specular_transmittance: base_color.max(Rgb::ZERO).map(f32::sqrt),
+            // as rough as it is there at least
+            alpha: (roughness * roughness).clamp(1e-3, 1.0),
             ..DielectricParameters::default()
         }))
     }
@@ -340,6 +365,27 @@ impl Materials<'_> {
 /// Black from behind.
 pub(crate) fn one_sided(bsdf: impl Into<BsdfDescription>) -> MaterialDescription {
     MaterialDescription { bsdf: bsdf.into(), two_sided: false, ..MaterialDescription::default() }
+}
+
+/// The same with a change to all that it is mixed of.
+fn changed(mut material: MaterialDescription, mut change: impl FnMut(&mut MaterialDescription)) -> MaterialDescription {
+    material.change_singles(&mut change);
+    material
+}
+
+/// Several materials in one, by their weights.
+fn blended(parts: Vec<MaterialDescription>, weights: &[f64]) -> MaterialDescription {
+    let (mut all, mut sum) = (MaterialDescription::default(), 0.0);
+    for (part, weight) in parts.into_iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
+        let share = (weight / (sum + weight)) as f32;
+        all = match sum == 0.0 {
+            true => part,
+            false => mixed(&all, &part, share)
+                .unwrap_or_else(|| MaterialDescription::blend(ScalarTexture::Constant(share), [all, part])),
+        };
+        sum += weight;
+    }
+    all
 }
 
 /// What two constant diffuse materials are together; `share` of it is the second.

@@ -196,9 +196,12 @@ impl<'a> Shapes<'a> {
         };
         // green is across u, seen from outside, whichever way v counts in the picture
         let upright = shape.flag("flip_tex_coords", shape.kind == "obj")?;
-        if let Some(relief) = material.relief.as_mut().filter(|relief| relief.kind == ReliefKind::Normals && !upright) {
-            relief.kind = ReliefKind::NormalsDown;
-        }
+        material.change_singles(&mut |single| {
+            if let Some(relief) = single.relief.as_mut().filter(|relief| relief.kind == ReliefKind::Normals && !upright)
+            {
+                relief.kind = ReliefKind::NormalsDown;
+            }
+        });
         let name = self.free(&name, &material);
         self.file.scene.materials.insert(name.clone(), material);
         Ok(Some(name))

@@ -65,7 +65,7 @@ impl<'a> Textures<'a> {
         let Some(item) = object.find(name) else { return Ok(ScalarTexture::Constant(default)) };
         Ok(match self.item(object, item)? {
             Found::Constant(color) => ScalarTexture::Constant(luminance(color)),
-            Found::Image(image) => ScalarTexture::Luminance(stored(image)),
+            Found::Image(image) => ScalarTexture::Luminance(self.numbers(image)?),
             Found::Vertex(_) => return Err(item.at.error("a number of the colours of vertices is not read")),
         })
     }
@@ -76,7 +76,7 @@ impl<'a> Textures<'a> {
         match self.item(object, item)? {
             Found::Constant(color) => Ok(luminance(color)),
             Found::Image(image) => {
-                let mean = luminance(stored(image).mean(&self.embedded.borrow(), true)?);
+                let mean = luminance(self.numbers(image)?.mean(&self.embedded.borrow(), true)?);
                 self.warn_of_mean(object, name, format!("{mean:.3}"));
                 Ok(mean)
             }
@@ -254,6 +254,16 @@ impl<'a> Textures<'a> {
             let picture = EmbeddedPicture::Decoded(picture.with_curve(|x| x.powf(gamma)));
             self.embedded.borrow_mut().insert(image.path.clone(), Arc::new(picture));
         }
+        Ok(image)
+    }
+
+    /// The picture with the numbers that it stands for: unless it is `raw`, they are decoded as colours are.
+    fn numbers(&self, image: ImageTexture) -> Result<ImageTexture> {
+        if image.path.to_string_lossy().ends_with(&format!("{CURVE}1")) {
+            return Ok(stored(image));
+        }
+        let mut image = self.with_curve(image)?;
+        image.decode(&mut self.embedded.borrow_mut());
         Ok(image)
     }
 

@@ -182,18 +182,21 @@ impl<'a> Materials<'a> {
         };
         let (first, second) = (part(first)?, part(second)?);
         let amount = match self.textures.found(p, "amount", !self.world.old)? {
-            None => Some(0.5),
-            Some(Found::Constant(color)) => Some(luminance(color).clamp(0.0, 1.0)),
-            Some(Found::Image(_)) => None,
+            None => ScalarTexture::Constant(0.5),
+            Some(Found::Constant(color)) => ScalarTexture::Constant(luminance(color).clamp(0.0, 1.0)),
+            // as numbers, also where version 3 has colours
+            Some(Found::Image(_)) => {
+                self.textures.found(p, "amount", true)?.map_or(ScalarTexture::Constant(0.5), scalar)
+            }
         };
         // version 3 counts the first one's share
-        let share = amount.map(|amount| if self.world.old { 1.0 - amount } else { amount });
-        if let Some(mixed) = share.and_then(|share| mixed(&first, &second, share)) {
+        let [one, other] = if self.world.old { [second, first] } else { [first, second] };
+        if let ScalarTexture::Constant(share) = amount
+            && let Some(mixed) = mixed(&one, &other, share)
+        {
             return Ok(mixed);
         }
-        let second_counts = share.is_some_and(|share| share > 0.5);
-        self.replaced(p, if second_counts { "its second material is taken" } else { "its first material is taken" });
-        Ok(if second_counts { second } else { first })
+        Ok(MaterialDescription::blend(amount, [one, other]))
     }
 
     fn relief(&self, p: &Parameters) -> Result<Option<ReliefTexture>> {

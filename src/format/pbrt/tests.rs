@@ -10,7 +10,7 @@ use crate::image::exr::{self, Metadata, Window};
 use crate::integrator::path::PathIntegrator;
 use crate::integrator::{Batch, Task};
 use crate::math::{Rgb, luminance, rng::Rng};
-use crate::texture::{ColorTexture, EmbeddedPicture};
+use crate::texture::{ColorTexture, EmbeddedPicture, ScalarTexture};
 use flate2::write::GzEncoder;
 use image::{Rgb as Pixel, RgbImage};
 use std::f32::consts::PI;
@@ -382,6 +382,25 @@ fn materials_of_version_3_are_those_of_our_own_scenes() {
         (file.scene.film.filter, quiet(folder.path(), "WorldBegin").scene.film.filter),
         (Filter::Box, Filter::Gaussian)
     );
+}
+
+#[test]
+fn mixtures_of_unlike_materials_keep_both() {
+    let folder = companions();
+    let named = "MakeNamedMaterial \"a\" \"string type\" \"diffuse\"\nMakeNamedMaterial \"b\" \"string type\" \"conductor\"\n\
+        Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"pic.png\"\n";
+    let mix = |amount: &str| {
+        let text = scene(&format!("{named}Material \"mix\" \"string materials\" [\"a\" \"b\"] {amount}\n{QUAD}"));
+        let file = quiet(folder.path(), &text);
+        file.load_scene(1).unwrap();
+        let material = &file.scene.materials[file.scene.meshes[0].material.as_ref().unwrap()];
+        material.blend.clone().unwrap()
+    };
+    let constant = mix("\"float amount\" 0.25");
+    assert_eq!(constant.weight, ScalarTexture::Constant(0.25));
+    assert!(matches!(constant.parts[0].material.bsdf, BsdfDescription::Diffuse(_)));
+    assert!(matches!(constant.parts[1].material.bsdf, BsdfDescription::Conductor(_)));
+    assert!(matches!(mix("\"texture amount\" \"t\"").weight, ScalarTexture::Image(_)));
 }
 
 #[test]

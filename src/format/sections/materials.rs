@@ -1,17 +1,21 @@
 //! `[material.NAME]`: what every material has. The kinds of scattering are in [`super::scattering`].
 
+use super::blend::{self, NamedPart};
 use super::scattering::{KINDS, Kind, kinds_with};
 use super::textures::{self, scalar};
 use crate::document::suggest::list;
 use crate::document::{Entry, Fault, Key, Node, Reader, Source, Value, key};
 use crate::scene::description::{MaterialChange, MaterialDescription, SceneDescription};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 /// Reads `[material]`: new materials, and changes to those that are there already or that models will bring.
 pub(in crate::format) fn materials(node: Node, source: &Source, scene: &mut SceneDescription) -> Result<(), Fault> {
+    let (mut parts, mut places) = (Vec::new(), BTreeMap::new());
     for (name, entry) in Reader::new("[material]", node)?.into_entries() {
         let Entry { key, node } = entry;
+        places.insert(name.clone(), key);
         scene.named_materials.push((name.clone(), source.place(key)));
         let current = scene.materials.get(&name);
         let t = Reader::new(label(&name), node.clone())?;
@@ -19,26 +23,37 @@ pub(in crate::format) fn materials(node: Node, source: &Source, scene: &mut Scen
             scene.material_changes.push(change(name, node, source));
             continue;
         }
-        if let Some(read) = whole(t, current, source.folder())? {
+        if let Some(read) = whole(t, current, source.folder(), &mut parts)? {
             scene.material_changes.retain(|change| change.name != name);
             scene.materials.insert(name, read);
         }
     }
-    Ok(())
+    blend::resolve(&mut scene.materials, &parts, &places)
 }
 
 fn label(name: &str) -> String {
     format!("[material.{name}]")
 }
 
-/// A material whose keys are all read.
+/// A material whose keys are all read. Into `parts` goes what it is said to be mixed of.
 fn whole(
     mut t: Reader,
     current: Option<&MaterialDescription>,
     base: &Path,
+    parts: &mut Vec<NamedPart>,
 ) -> Result<Option<MaterialDescription>, Fault> {
-    let Some((kind, read)) = material(&mut t, current, base)? else { return Ok(None) };
-    refuse_keys_of_others(&t, kind)?;
+    let chosen = chosen_type(&mut t)?;
+    let is_blend = current.is_some_and(|current| current.blend.is_some());
+    let (read, name) = match chosen {
+        None if is_blend => (blend::material(&mut t, current, base, parts)?, blend::NAME),
+        Some(Type::Blend) => (blend::material(&mut t, current, base, parts)?, blend::NAME),
+        other => {
+            let kind = other.and_then(Type::single);
+            let Some((kind, read)) = material(&mut t, kind, current, base)? else { return Ok(None) };
+            (read, kind.name())
+        }
+    };
+    refuse_keys_of_others(&t, name)?;
     t.finish()?;
     Ok(Some(read))
 }
@@ -48,7 +63,7 @@ fn change(name: String, node: Node, source: &Source) -> MaterialChange {
     let (label, owned) = (label(&name), source.to_owned());
     let apply = move |current: &MaterialDescription| {
         let (node, source) = (with_base_color(node.clone(), current.bsdf.bsdf_type()), owned.borrow());
-        let read = Reader::new(&*label, node).and_then(|t| whole(t, Some(current), source.folder()));
+        let read = Reader::new(&*label, node).and_then(|t| whole(t, Some(current), source.folder(), &mut Vec::new()));
         read.map(|changed| changed.unwrap_or_else(|| current.clone())).map_err(|fault| source.error(fault))
     };
     MaterialChange { name, apply: Arc::new(apply) }
@@ -71,31 +86,61 @@ fn with_base_color(mut node: Node, kind: Kind) -> Node {
     node
 }
 
-/// A material's keys, up to `finish`. `None`: there is neither a `type` nor a `current` material to change.
-/// A `type` that is given starts from that type's defaults.
+/// A material's keys, up to `finish`. `None`: there is neither a `chosen` type nor a `current` material to change.
+/// A type that is given starts from that type's defaults.
 pub(in crate::format) fn material(
     t: &mut Reader,
+    chosen: Option<Kind>,
     current: Option<&MaterialDescription>,
     base: &Path,
 ) -> Result<Option<(Kind, MaterialDescription)>, Fault> {
-    let chosen = chosen_type(t)?;
     let Some(kind) = chosen.or(current.map(|m| m.bsdf.bsdf_type())) else { return Ok(None) };
     let mut m = current.cloned().unwrap_or_default();
     if chosen.is_some() {
-        m.bsdf = kind.bsdf();
+        (m.bsdf, m.blend) = (kind.bsdf(), None);
     }
     kind.read(t, &mut m.bsdf, base)?;
     common(t, kind, &mut m, base)?;
     Ok(Some((kind, m)))
 }
 
-/// `type`, which must be there for a material that no model brings.
-pub(in crate::format) fn chosen_type(t: &mut Reader) -> Result<Option<Kind>, Fault> {
-    let meaning =
-        "how it scatters: one of the types below; without it, the keys change what the model's own library says";
-    let key = Key { default: Some("none"), ..key("type", meaning) };
-    t.chosen(key, KINDS)
+/// What a material may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::format) enum Type {
+    Single(Kind),
+    /// Two others, mixed.
+    Blend,
 }
+
+impl Type {
+    fn single(self) -> Option<Kind> {
+        match self {
+            Type::Single(kind) => Some(kind),
+            Type::Blend => None,
+        }
+    }
+}
+
+/// `type`, which must be there for a material that no model brings.
+pub(in crate::format) fn chosen_type(t: &mut Reader) -> Result<Option<Type>, Fault> {
+    let singles = KINDS.iter().map(|(name, kind)| (*name, Type::Single(*kind)));
+    let types: Vec<(&str, Type)> = singles.chain([(blend::NAME, Type::Blend)]).collect();
+    t.chosen(TYPE, &types)
+}
+
+/// The key of a material's type.
+pub(in crate::format) const TYPE: Key = Key {
+    default: Some("none"),
+    ..key(
+        "type",
+        "how it scatters: one of the types below; without it, the keys change what the model's own library says",
+    )
+};
+
+pub(super) const OPACITY: Key = key(
+    "opacity",
+    "share of light that is stopped, the rest goes straight on; of the emission, the same share is seen",
+);
 
 /// The keys that every type has, or nearly so.
 pub(in crate::format) fn common(
@@ -109,13 +154,16 @@ pub(in crate::format) fn common(
         t.flag(key("two_sided", meaning), &mut m.two_sided)?;
     }
     if kind.is_surface() {
-        let meaning =
-            "share of light that is stopped, the rest goes straight on; of the emission, the same share is seen";
-        scalar(t, key("opacity", meaning), base, &mut m.opacity)?;
+        scalar(t, OPACITY, base, &mut m.opacity)?;
     }
     if kind.is_surface() {
         textures::relief(t, base, &mut m.relief)?;
     }
+    emission(t, m, base)
+}
+
+/// What every material may emit.
+pub(super) fn emission(t: &mut Reader, m: &mut MaterialDescription, base: &Path) -> Result<(), Fault> {
     let emission = key("emission", "radiance that leaves the side from which the face winds counter-clockwise");
     textures::emission(t, emission.unit("W/(sr·m²)"), base, m)?;
     t.flag(key("emission_two_sided", "the other side emits too"), &mut m.emission_two_sided)?;
@@ -131,11 +179,12 @@ pub(super) fn light_group(t: &mut Reader, slot: &mut Option<String>) -> Result<(
 }
 
 /// A key of another type is known, so it deserves a better word than "unknown".
-fn refuse_keys_of_others(t: &Reader, kind: Kind) -> Result<(), Fault> {
+fn refuse_keys_of_others(t: &Reader, kind: &str) -> Result<(), Fault> {
     for (key, entry) in t.left_over() {
-        let owners = kinds_with(key);
+        let mut owners = kinds_with(key);
+        owners.extend(blend::KEYS.contains(&key).then_some(blend::NAME));
         if !owners.is_empty() {
-            let (kind, owners) = (kind.name(), list(&owners));
+            let owners = list(&owners);
             let message = format!("`{key}` is not a key of type `{kind}`, but of {owners}");
             return Err(Fault::new(entry.key, message));
         }

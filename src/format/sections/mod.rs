@@ -1,6 +1,7 @@
 //! The sections of a scene file, whatever kind of document they stand in. They are read *over* what there is, so that the
 //! command line's overrides are read by the same code as the file.
 
+pub(super) mod blend;
 pub(super) mod camera;
 mod fields;
 pub(super) mod guiding;

@@ -9,22 +9,22 @@ use crate::stats::Summary;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Independent runs, and samples per pixel of each.
-pub(in crate::format) const RUNS: usize = 16;
-pub(in crate::format) const SPP: u32 = 100;
+pub(crate) const RUNS: usize = 16;
+pub(crate) const SPP: u32 = 100;
 
 /// Blocks of a picture: four columns and three rows.
-pub(in crate::format) const BLOCKS: usize = 12;
+pub(crate) const BLOCKS: usize = 12;
 
 /// All tests of one kind together raise a false alarm with this probability, were they independent.
 const FALSE_ALARM: f64 = 1e-3;
 
 /// By run, the mean luminance of each block.
-pub(in crate::format) fn runs(file: &SceneFile, first_seed: u64) -> Vec<Vec<f64>> {
+pub(crate) fn runs(file: &SceneFile, first_seed: u64) -> Vec<Vec<f64>> {
     runs_of(file, first_seed, SPP)
 }
 
 /// The same with so many samples per pixel in each run.
-pub(in crate::format) fn runs_of(file: &SceneFile, first_seed: u64, spp: u32) -> Vec<Vec<f64>> {
+pub(crate) fn runs_of(file: &SceneFile, first_seed: u64, spp: u32) -> Vec<Vec<f64>> {
     let scene = file.load_scene(1).unwrap().0;
     let (width, height) = (scene.camera.width, scene.camera.height);
     let task = Task { tile: Tile { x: 0, y: 0, width, height }, first_sample: 0, samples: spp };
@@ -47,7 +47,7 @@ pub(in crate::format) fn runs_of(file: &SceneFile, first_seed: u64, spp: u32) ->
 }
 
 /// The largest t of a block, and by how much the means over all differ, in shares of the second.
-pub(in crate::format) fn compare(first: &[Vec<f64>], second: &[Vec<f64>]) -> (f64, f64) {
+pub(crate) fn compare(first: &[Vec<f64>], second: &[Vec<f64>]) -> (f64, f64) {
     let block = |runs: &[Vec<f64>], k: usize| Summary::of(&runs.iter().map(|run| run[k]).collect::<Vec<_>>()).unwrap();
     let t = |k: usize| {
         let (a, b) = (block(first, k), block(second, k));
@@ -60,14 +60,14 @@ pub(in crate::format) fn compare(first: &[Vec<f64>], second: &[Vec<f64>]) -> (f6
 }
 
 /// The standard error of the mean over all, in shares of it.
-pub(in crate::format) fn error_of_mean(runs: &[Vec<f64>]) -> f64 {
+pub(crate) fn error_of_mean(runs: &[Vec<f64>]) -> f64 {
     let means: Vec<f64> = runs.iter().map(|run| run.iter().sum()).collect();
     let summary = Summary::of(&means).unwrap();
     summary.std_error() / summary.mean
 }
 
 /// What t may be where so many blocks are compared: 15 degrees of freedom, the fewest that Welch's test may have of 16 runs.
-pub(in crate::format) fn bound(blocks: usize) -> f64 {
+pub(crate) fn bound(blocks: usize) -> f64 {
     let student = StudentsT::new(0.0, 1.0, RUNS as f64 - 1.0).unwrap();
     student.inverse_cdf(1.0 - 0.5 * FALSE_ALARM / blocks as f64)
 }

@@ -1,4 +1,5 @@
-pub(super) mod blocks;
+mod blends;
+pub(crate) mod blocks;
 mod faults;
 mod names;
 mod reference_page;

@@ -22,6 +22,10 @@ const MINIMAL: &[(&str, &str)] = &[
     ("dielectric", "[material.A]\ntype = 'dielectric'\n"),
     ("plastic", "[material.A]\ntype = 'plastic'\n"),
     ("principled", "[material.A]\ntype = 'principled'\n"),
+    (
+        "blend",
+        "[material.B]\ntype = 'diffuse'\n[material.C]\ntype = 'diffuse'\n[material.A]\ntype = 'blend'\nmaterials = ['B', 'C']\n",
+    ),
     ("texture", "[material.A]\ntype = 'diffuse'\n[material.A.reflectance]\ntexture = 'a.png'\n"),
     ("opacity", "[material.A]\ntype = 'diffuse'\n[material.A.opacity]\ntexture = 'a.png'\n"),
     ("emission", "[material.A]\ntype = 'diffuse'\n[material.A.emission]\ntexture = 'a.png'\n"),

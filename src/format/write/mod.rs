@@ -20,7 +20,7 @@ use glam::DAffine3;
 use pictures::Pictures;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use values::{double, doubles, insert_group, light, material, number, numbers};
+use values::{Materials, double, doubles, insert_group, light, number, numbers};
 
 /// Writes the scene to `path`, and what it consists of into the folder beside it of the same name. Returns warnings: what a scene file
 /// cannot say but does not change the picture, and those of loading.
@@ -38,14 +38,12 @@ pub(crate) fn write(file: &SceneFile, path: &Path) -> Result<Vec<String>> {
     let mut pictures = Pictures::new(path, &beside, &file.scene.pictures);
     root.insert("mesh".into(), Value::Array(meshes::write(&gathered, &names, &beside)?));
     instances(&gathered, &mut root);
-    let mut materials = Table::new();
+    let mut materials = Materials { written: Table::new(), names: names.iter().cloned().collect() };
     for (name, described) in names.iter().zip(&gathered.materials) {
-        let written = material(described, &mut pictures);
-        let written =
-            written.map_err(|what| Error::Scene(format!("a scene file cannot say of material `{name}`: {what}")))?;
-        materials.insert(name.clone(), Value::Table(written));
+        let written = materials.add(name, described, &mut pictures);
+        written.map_err(|what| Error::Scene(format!("a scene file cannot say of material `{name}`: {what}")))?;
     }
-    root.insert("material".into(), Value::Table(materials));
+    root.insert("material".into(), Value::Table(materials.written));
     let groups = file.scene.light_groups.iter().map(Option::as_ref).chain(std::iter::repeat(None));
     let lights = file.scene.lights.iter().zip(groups).map(|(described, group)| {
         let mut table = light(described, &mut pictures);

@@ -13,7 +13,7 @@ fn converted(file: &SceneFile) -> (TempDir, Result<SceneFile>) {
 }
 
 /// Scenes that are compared, so that all their tests together have one probability of a false alarm.
-const SCENES: usize = 5;
+const SCENES: usize = 7;
 
 /// That the scene is the same after it has been written.
 fn keeps(file: &SceneFile) {
@@ -170,4 +170,61 @@ fn a_scene_of_mitsuba_comes_back_from_what_is_written_for_it() {
     assert_eq!(read.render.spp, 7);
     let t = compare(&runs(&read, 100), &runs(&file, 1)).0;
     assert!(t <= bound(BLOCKS * SCENES), "t {t}");
+}
+
+#[test]
+fn blends_come_back_from_both_forms() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(
+        at("a.obj"),
+        "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3 4/4\n",
+    )
+    .unwrap();
+    image::GrayImage::from_fn(2, 2, |x, y| image::Luma([20 + 100 * x as u8 + 90 * y as u8])).save(at("w.png")).unwrap();
+    let text = r#"
+        [camera]
+        origin = [0, 0, 3]
+        target = [0, 0, 0]
+        [film]
+        width = 12
+        height = 9
+        [[mesh]]
+        path = "a.obj"
+        [material.a]
+        type = "blend"
+        materials = ["within", "b"]
+        weight = { texture = "w.png" }
+        emission = [0.1, 0.2, 0]
+        [material.within]
+        type = "blend"
+        materials = ["b", "c"]
+        weight = 0.25
+        [material.b]
+        type = "diffuse"
+        reflectance = [0.8, 0.1, 0.1]
+        [material.c]
+        type = "conductor"
+        eta = [0.2, 0.9, 1.1]
+        k = [3.9, 2.4, 2.1]
+        alpha = 0.3
+        [[light]]
+        type = "constant"
+        radiance = [0.5, 0.6, 1]
+        [[light]]
+        type = "directional"
+        direction = [0, -0.4, -1]
+        irradiance = 1
+    "#;
+    fs::write(at("s.toml"), text).unwrap();
+    let (file, _) = format::load(&at("s.toml"), &[]).unwrap();
+    keeps(&file);
+    let out = at("out.xml");
+    format::mitsuba::export::Translation::write_as(&file, 7, &out, "").unwrap();
+    let (read, warnings) = format::load(&out, &[]).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let t = compare(&runs(&read, 100), &runs(&file, 1)).0;
+    assert!(t <= bound(BLOCKS * SCENES), "t {t}");
+    let (other, _) = format::load(&at("s.toml"), &["material.within.weight=0.5".into()]).unwrap();
+    assert!(compare(&runs(&other, 100), &runs(&file, 1)).0 > bound(BLOCKS * SCENES), "another weight must be seen");
 }

@@ -5,10 +5,11 @@ use crate::document::{Bounds, Key};
 use crate::fields::{Choice, FieldVisitor, Fields};
 use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::scene::description::MaterialDescription;
+use crate::scene::description::{BlendDescription, MaterialDescription};
 use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
 use ::toml::{Table, Value};
 use glam::{Affine3A, DVec3, Mat4, Vec3};
+use std::collections::BTreeSet;
 use std::convert::Infallible;
 use std::path::PathBuf;
 
@@ -37,8 +38,60 @@ pub(super) fn light(described: &LightDescription, pictures: &mut Pictures) -> Ta
     writer.table
 }
 
+/// Materials by name.
+pub(super) struct Materials {
+    pub(crate) written: Table,
+    /// That are taken.
+    pub(crate) names: BTreeSet<String>,
+}
+
+impl Materials {
+    /// Adds a material under its name, and under other names what it is mixed of.
+    ///
+    /// # Errors
+    /// What of it cannot be said.
+    pub(crate) fn add(
+        &mut self,
+        name: &str,
+        described: &MaterialDescription,
+        pictures: &mut Pictures,
+    ) -> Result<(), &'static str> {
+        let table = match &described.blend {
+            None => single(described, pictures)?,
+            Some(blend) => self.blend(name, (described, blend), pictures)?,
+        };
+        self.written.insert(name.to_string(), Value::Table(table));
+        Ok(())
+    }
+
+    fn blend(
+        &mut self,
+        name: &str,
+        (described, blend): (&MaterialDescription, &BlendDescription),
+        pictures: &mut Pictures,
+    ) -> Result<Table, &'static str> {
+        let mut names = Vec::new();
+        for (k, part) in blend.parts.iter().enumerate() {
+            let own = part.name.clone().unwrap_or_else(|| format!("{name}, part {}", k + 1));
+            let free = (1..).map(|k| if k == 1 { own.clone() } else { format!("{own} {k}") });
+            let part_name = free.into_iter().find(|name| self.names.insert(name.clone())).unwrap_or_default();
+            self.add(&part_name, &MaterialDescription { emission: Rgb::ZERO, ..part.material.clone() }, pictures)?;
+            names.push(Value::String(part_name));
+        }
+        let mut table = Table::new();
+        table.insert("type".into(), Value::String("blend".into()));
+        table.insert("materials".into(), Value::Array(names));
+        table.insert("weight".into(), scalar(&blend.weight, pictures));
+        if let Some(opacity) = &described.opacity {
+            table.insert("opacity".into(), scalar(opacity, pictures));
+        }
+        emission(described, &mut table, pictures);
+        Ok(table)
+    }
+}
+
 /// A material with its type, or what of it cannot be said.
-pub(super) fn material(described: &MaterialDescription, pictures: &mut Pictures) -> Result<Table, &'static str> {
+fn single(described: &MaterialDescription, pictures: &mut Pictures) -> Result<Table, &'static str> {
     let kind = described.bsdf.bsdf_type();
     let mut writer = Writer { table: Table::new(), pictures };
     writer.table.insert("type".into(), Value::String(kind.name().into()));
@@ -54,6 +107,11 @@ pub(super) fn material(described: &MaterialDescription, pictures: &mut Pictures)
         let (key, value) = self::relief(relief, pictures)?;
         table.insert(key.into(), Value::Table(value));
     }
+    emission(described, &mut table, pictures);
+    Ok(table)
+}
+
+fn emission(described: &MaterialDescription, table: &mut Table, pictures: &mut Pictures) {
     let emission = match &described.emission_map {
         None => color(described.emission),
         Some(image) => {
@@ -64,8 +122,7 @@ pub(super) fn material(described: &MaterialDescription, pictures: &mut Pictures)
     };
     table.insert("emission".into(), emission);
     table.insert("emission_two_sided".into(), Value::Boolean(described.emission_two_sided));
-    insert_group(&mut table, described.light_group.as_ref());
-    Ok(table)
+    insert_group(table, described.light_group.as_ref());
 }
 
 /// The light group of a material or a light, where it is in one.

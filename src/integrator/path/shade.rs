@@ -8,6 +8,7 @@ use crate::geometry::{NOTHING, SurfaceInteraction};
 use crate::math::Rgb;
 use crate::scene::material::Material;
 use crate::simd::{LANES, Mask, each, mask};
+use glam::Vec3;
 
 impl<'a, P: Probe> Wavefront<'a, '_, P> {
     /// The vertices at which the wave's rays arrive.
@@ -112,15 +113,18 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
             // two calls, so that what is plain is never put down in memory between
             match material.plain() {
                 Some(bsdf) => packet.bsdfs.set(k, &bsdf),
-                None => self.set_bsdf(packet, k, material),
+                None => self.set_bsdf(packet, k, depth),
             }
         }
     }
 
-    /// Takes how surface `k` scatters, where something has to be looked up for it.
+    /// Takes how surface `k` scatters, where something has to be looked up for it. Where two materials are mixed, here it is decided which
+    /// of them the vertex is: for next-event estimation, the guide and the next direction alike.
     #[inline(always)]
-    fn set_bsdf(&self, packet: &mut Packet<'a>, k: usize, material: &'a Material) {
+    fn set_bsdf(&self, packet: &mut Packet<'a>, k: usize, depth: u32) {
         let scene = self.integrator.scene;
+        let chance = || self.sampler.part(&packet.keys.get(k), depth)[0];
+        let material = scene.choose_material(packet.surfaces.material(k), packet.surfaces.uv(k), chance);
         let bsdf = scene.bsdf(material, packet.surfaces.uv(k), || packet.surfaces.color(k));
         match material.relief() {
             None => packet.bsdfs.set(k, &bsdf),
@@ -141,20 +145,30 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         }
     }
 
+    /// Albedo and normal of surface `k` as it is seen, if it is of this material.
+    fn look(&self, packet: &Packet, k: usize, material: &Material) -> (Rgb, Vec3) {
+        let (scene, i, surfaces) = (self.integrator.scene, packet.ray(k), &packet.surfaces);
+        let (si, normal) = (surfaces.get(k), surfaces.facing_normal(k));
+        let bsdf = scene.bsdf(material, surfaces.uv(k), || surfaces.color(k));
+        let Some(relief) = material.relief() else { return (bsdf.albedo(surfaces.wo_local(k)), normal) };
+        let bsdf = scene.in_relief(bsdf, relief, self.batch.wave.rays.hit(i), &si);
+        let turned = si.frame.to_world(bsdf.normal());
+        (bsdf.albedo(surfaces.wo_local(k)), if si.frame.n.dot(normal) < 0.0 { -turned } else { turned })
+    }
+
     #[inline(never)]
     fn keep_features(&mut self, packet: &Packet, k: usize) {
         let (scene, i, surfaces) = (self.integrator.scene, packet.ray(k), &packet.surfaces);
         let (material, ray, si) = (scene.material(surfaces.material(k)), self.batch.wave.rays.ray(i), surfaces.get(k));
-        let (mut bsdf, mut normal) =
-            (scene.bsdf(material, surfaces.uv(k), || surfaces.color(k)), surfaces.facing_normal(k));
-        if let Some(relief) = material.relief() {
-            bsdf = scene.in_relief(bsdf, relief, self.batch.wave.rays.hit(i), &si);
-            let turned = si.frame.to_world(bsdf.normal());
-            normal = if si.frame.n.dot(normal) < 0.0 { -turned } else { turned };
-        }
+        let (mut albedo, mut normal) = (Rgb::ZERO, Vec3::ZERO);
+        scene.each_choice(material, surfaces.uv(k), &mut |choice, share| {
+            let (own_albedo, own_normal) = self.look(packet, k, choice);
+            albedo += own_albedo * share;
+            normal += own_normal * share;
+        });
         let slot = self.batch.wave.paths.slot(i) as usize;
         self.batch.features[slot] = Aovs {
-            albedo: bsdf.albedo(surfaces.wo_local(k)),
+            albedo,
             normal,
             geometric_normal: si.ng * -si.ng.dot(ray.dir).signum(),
             position: si.p,

@@ -5,7 +5,7 @@ use crate::Result;
 use crate::document::{Bounds, Key};
 use crate::fields::{Choice, FieldVisitor, Fields};
 use crate::math::Rgb;
-use crate::scene::description::MaterialDescription;
+use crate::scene::description::{BlendDescription, MaterialDescription};
 use crate::texture::{ColorTexture, ImageTexture, ReliefKind, ReliefTexture, ScalarTexture};
 use glam::{Affine3A, DVec3, Vec3};
 use std::path::{Path, PathBuf};
@@ -20,7 +20,15 @@ pub(super) struct CanonicalFields<'a> {
 impl CanonicalFields<'_> {
     pub(crate) fn material(&mut self, material: &MaterialDescription) -> Result<()> {
         let MaterialDescription {
-            bsdf, two_sided, opacity, emission, emission_map, emission_two_sided, relief, ..
+            bsdf,
+            two_sided,
+            opacity,
+            emission,
+            emission_map,
+            emission_two_sided,
+            relief,
+            blend,
+            ..
         } = material;
         self.canon.u32(bsdf.number());
         bsdf.clone().fields(self)?;
@@ -33,6 +41,7 @@ impl CanonicalFields<'_> {
         self.canon.flag(*emission_two_sided);
         // what came later is written only where it is, so that older scenes keep their numbers
         emission_map.as_ref().map_or(Ok(()), |image| self.image(4, image))?;
+        blend.as_ref().map_or(Ok(()), |blend| self.blend(blend))?;
         let Some(ReliefTexture { image, kind, strength }) = relief else { return Ok(()) };
         self.canon.u32(match kind {
             ReliefKind::Normals => 5,
@@ -43,6 +52,12 @@ impl CanonicalFields<'_> {
         });
         self.canon.floats([*strength]);
         self.image(9, image)
+    }
+
+    fn blend(&mut self, blend: &BlendDescription) -> Result<()> {
+        self.canon.u32(21);
+        self.scalar(&blend.weight)?;
+        blend.parts.iter().try_for_each(|part| self.material(&part.material))
     }
 
     fn scalar(&mut self, texture: &ScalarTexture) -> Result<()> {

@@ -25,7 +25,8 @@ pub(super) fn arriving(scene: &Scene, mut ray: Ray, rng: &mut Rng) -> f32 {
         if unasked {
             found += throughput * scene.emission(&si);
         }
-        let bsdf = scene.bsdf(scene.material(si.material), si.uv, || scene.vertex_color(&hit));
+        let bsdf =
+            scene.bsdf(scene.choose_material(si.material, si.uv, || rng.f32()), si.uv, || scene.vertex_color(&hit));
         let wo = si.frame.to_local(-ray.dir);
         if bsdf.has_smooth() {
             found += throughput * asked(scene, &si, |wi| bsdf.eval(wo, si.frame.to_local(wi)), rng);

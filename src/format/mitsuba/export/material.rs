@@ -3,11 +3,21 @@
 use super::xml::Element;
 use crate::bsdf::{BsdfDescription, MicrofacetDistribution};
 use crate::math::Rgb;
-use crate::scene::description::MaterialDescription;
+use crate::scene::description::{BlendDescription, MaterialDescription};
 use crate::texture::{ColorTexture, ImageTexture, ScalarTexture};
 
 /// The BSDF with this id, or what of it Mitsuba does not have.
 pub(crate) fn bsdf(material: &MaterialDescription, id: &str) -> Result<Element, String> {
+    if material.emission_map.is_some() {
+        return Err("emission from a picture".into());
+    }
+    if material.emission_two_sided && material.emission != Rgb::ZERO {
+        return Err("emission on both sides".into());
+    }
+    Ok(scattering(material)?.attribute("id", id))
+}
+
+fn scattering(material: &MaterialDescription) -> Result<Element, String> {
     let opaque = matches!(&material.opacity, None | Some(ScalarTexture::Constant(1.0)));
     if !opaque {
         return Err("opacity: Mitsuba's `mask` counts as a bounce and stops shadow rays".into());
@@ -15,23 +25,42 @@ pub(crate) fn bsdf(material: &MaterialDescription, id: &str) -> Result<Element, 
     if material.relief.is_some() {
         return Err("normals from a picture".into());
     }
-    if material.emission_map.is_some() {
-        return Err("emission from a picture".into());
+    match &material.blend {
+        None => single(material),
+        Some(blend) => self::blend(blend),
     }
-    if material.emission_two_sided && material.emission != Rgb::ZERO {
-        return Err("emission on both sides".into());
-    }
+}
+
+fn single(material: &MaterialDescription) -> Result<Element, String> {
     if crate::bsdf::share_textures(&material.bsdf).is_some() {
         return Err("numbers from pictures".into());
     }
     let model = model(&material.bsdf)?;
     let turned = material.two_sided && material.bsdf.bsdf_type().is_opaque();
-    let whole = if turned { Element::new("bsdf").kind("twosided").child(model) } else { model };
-    Ok(whole.attribute("id", id))
+    Ok(if turned { Element::new("bsdf").kind("twosided").child(model) } else { model })
+}
+
+fn blend(blend: &BlendDescription) -> Result<Element, String> {
+    let weight = match &blend.weight {
+        ScalarTexture::Constant(weight) => Element::new("float").attribute("name", "weight").attribute("value", weight),
+        ScalarTexture::Luminance(image) => bitmap("weight", image)?.value("boolean", "raw", true),
+        _ => return Err("a weight of one channel of a picture".into()),
+    };
+    let mut mixed = plugin("blendbsdf").child(weight);
+    for part in blend.parts.iter() {
+        if matches!((&part.material.blend, &part.material.bsdf), (None, BsdfDescription::Null(_))) {
+            return Err("opacity: Mitsuba's `null` counts as a bounce and stops shadow rays".into());
+        }
+        mixed = mixed.child(scattering(&part.material)?);
+    }
+    Ok(mixed)
 }
 
 /// Whether any of its colours is a picture.
 pub(crate) fn textured(material: &MaterialDescription) -> bool {
+    if let Some(blend) = &material.blend {
+        return blend.weight.image().is_some() || blend.parts.iter().any(|part| textured(&part.material));
+    }
     let textures = crate::bsdf::color_textures(&material.bsdf);
     textures.into_iter().flatten().any(|texture| matches!(texture, ColorTexture::Image(_)))
 }

@@ -60,6 +60,22 @@ const SPHERES: &[(&str, &str)] = &[
 <rgb name="reflectance" value="0.1 0.1 0.9"/></bsdf></bsdf>"#,
     ),
     (
+        "blend_unlike",
+        r#"<bsdf type="blendbsdf"><float name="weight" value="0.7"/><bsdf type="diffuse">
+<rgb name="reflectance" value="0.9 0.1 0.1"/></bsdf><bsdf type="roughconductor">
+<string name="material" value="Au"/><float name="alpha" value="0.3"/></bsdf></bsdf>"#,
+    ),
+    (
+        "blend_of_blends",
+        r#"<bsdf type="blendbsdf"><float name="weight" value="0.4"/><bsdf type="blendbsdf">
+<float name="weight" value="0.3"/><bsdf type="diffuse"/><bsdf type="conductor"/></bsdf><bsdf type="dielectric"/></bsdf>"#,
+    ),
+    (
+        "principled_transmissive",
+        r#"<bsdf type="principled"><rgb name="base_color" value="0.7 0.4 0.2"/><float name="metallic" value="0.2"/>
+<float name="roughness" value="0.4"/><float name="spec_trans" value="0.4"/></bsdf>"#,
+    ),
+    (
         "null_blend",
         r#"<bsdf type="blendbsdf"><float name="weight" value="0.4"/><bsdf type="null"/><bsdf type="diffuse"/></bsdf>"#,
     ),
@@ -101,6 +117,17 @@ const SQUARES: &[(&str, &str)] = &[
     (
         "mask",
         r#"<bsdf type="mask"><texture type="bitmap" name="opacity"><string name="filename" value="mask.png"/>
+</texture><bsdf type="twosided"><bsdf type="diffuse"/></bsdf></bsdf>"#,
+    ),
+    (
+        "blend_by_picture",
+        r#"<bsdf type="twosided"><bsdf type="blendbsdf"><texture type="bitmap" name="weight">
+<string name="filename" value="pic.png"/></texture><bsdf type="diffuse"><rgb name="reflectance" value="0.8 0.1 0.1"/></bsdf>
+<bsdf type="roughplastic"/></bsdf></bsdf>"#,
+    ),
+    (
+        "mask_of_greys",
+        r#"<bsdf type="mask"><texture type="bitmap" name="opacity"><string name="filename" value="pic.png"/>
 </texture><bsdf type="twosided"><bsdf type="diffuse"/></bsdf></bsdf>"#,
     ),
     (

@@ -4,7 +4,7 @@ use super::{companions, read};
 use crate::bsdf::{BsdfDescription, DiffuseParameters};
 use crate::light::LightDescription;
 use crate::math::Rgb;
-use crate::texture::ColorTexture;
+use crate::texture::{ColorTexture, ScalarTexture};
 use std::fs;
 
 const SHAPE: &str = "<shape type=\"rectangle\"/>";
@@ -136,7 +136,7 @@ fn black_bodies_and_mixtures_of_old_versions_are_read() {
         <shape type=\"rectangle\"><bsdf type=\"mixturebsdf\"><string name=\"weights\" value=\"0.3 0.4 0.3\"/><bsdf type=\"diffuse\"/><bsdf type=\"conductor\"/>\
         <bsdf type=\"diffuse\"/></bsdf></shape></scene>";
     let (file, warnings) = read(folder.path(), text).unwrap();
-    assert!(warnings.len() == 2 && warnings[0].contains("its bsdf 2 is taken"), "{warnings:?}");
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(matches!(&file.scene.lights[1], LightDescription::Point(p) if p.intensity == Rgb::new(3.0, 2.0, 1.0)));
     // in the west, 46° above the horizon
     assert!(matches!(&file.scene.lights[2], LightDescription::Sun(s) if s.direction.x > 0.69 && s.direction.y < -0.72));
@@ -146,10 +146,47 @@ fn black_bodies_and_mixtures_of_old_versions_are_read() {
     assert!((seen / 4.23 - 1.0).abs() < 0.03 && light.radiance.x > light.radiance.y, "{seen} {light:?}");
     let mixed = &file.scene.materials[file.scene.meshes[0].material.as_ref().unwrap()].bsdf;
     assert_eq!(reflectance(mixed), Rgb::new(0.25, 0.75, 0.0));
-    assert!(matches!(
-        file.scene.materials[file.scene.meshes[1].material.as_ref().unwrap()].bsdf,
-        BsdfDescription::Conductor(_)
-    ));
+    let three = file.scene.materials[file.scene.meshes[1].material.as_ref().unwrap()].blend.clone().unwrap();
+    let (ScalarTexture::Constant(third), within) = (&three.weight, three.parts[0].material.blend.as_ref().unwrap())
+    else {
+        panic!()
+    };
+    let ScalarTexture::Constant(second) = within.weight else { panic!() };
+    assert!((third - 0.3).abs() < 1e-6 && (second - 4.0 / 7.0).abs() < 1e-6, "{three:?}");
+    assert!(matches!(within.parts[1].material.bsdf, BsdfDescription::Conductor(_)));
+}
+
+#[test]
+fn blends_of_unlike_materials_keep_both() {
+    let folder = companions();
+    let shape = |bsdf: &str| {
+        let text = format!(
+            "<scene version=\"3.0.0\"><shape type=\"rectangle\">{bsdf}<emitter type=\"area\"/></shape></scene>"
+        );
+        let (file, warnings) = read(folder.path(), &text).unwrap();
+        let material = file.scene.materials.values().next().unwrap().clone();
+        file.load_scene(1).unwrap();
+        (material, warnings)
+    };
+    let inner = "<bsdf type=\"blendbsdf\"><texture type=\"bitmap\" name=\"weight\"><string name=\"filename\" value=\"mask.png\"/>\
+        <boolean name=\"raw\" value=\"true\"/></texture><bsdf type=\"diffuse\"/><bsdf type=\"plastic\"/></bsdf>";
+    let (both, warnings) = shape(&format!("<bsdf type=\"twosided\">{inner}</bsdf>"));
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let parts = &both.blend.as_ref().unwrap().parts;
+    assert!(parts.iter().all(|part| part.material.two_sided && part.material.emission == Rgb::ZERO));
+    assert_eq!(both.emission, Rgb::ONE);
+    assert!(matches!(&both.blend.unwrap().weight, ScalarTexture::Luminance(image) if image.path.ends_with("mask.png")));
+    let (one_sided, _) = shape(inner);
+    assert!(one_sided.blend.unwrap().parts.iter().all(|part| !part.material.two_sided));
+    let (masked, _) = shape(&format!("<bsdf type=\"mask\"><float name=\"opacity\" value=\"0.25\"/>{inner}</bsdf>"));
+    assert_eq!(masked.opacity, Some(ScalarTexture::Constant(0.25)));
+    let transmissive = "<bsdf type=\"principled\"><float name=\"spec_trans\" value=\"0.3\"/><float name=\"metallic\" value=\"0.2\"/></bsdf>";
+    let (transmissive, warnings) = shape(transmissive);
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let metallic = transmissive.blend.unwrap();
+    let within = metallic.parts[0].material.blend.as_ref().unwrap();
+    assert_eq!([&metallic.weight, &within.weight], [&ScalarTexture::Constant(0.2), &ScalarTexture::Constant(0.3)]);
+    assert!(matches!(&within.parts[1].material.bsdf, BsdfDescription::Dielectric(glass) if glass.alpha == 0.25));
 }
 
 #[test]

@@ -45,6 +45,7 @@ impl Record {
             emission_two_sided: false,
             light_group: None,
             relief: self.normal_map.as_ref().or(self.bump_map.as_ref()).cloned(),
+            blend: None,
         }
     }
 
