@@ -68,7 +68,8 @@ const SPHERES: &[(&str, &str)] = &[
     (
         "blend_of_blends",
         r#"<bsdf type="blendbsdf"><float name="weight" value="0.4"/><bsdf type="blendbsdf">
-<float name="weight" value="0.3"/><bsdf type="diffuse"/><bsdf type="conductor"/></bsdf><bsdf type="dielectric"/></bsdf>"#,
+<float name="weight" value="0.3"/><bsdf type="diffuse"/><bsdf type="roughconductor">
+<float name="alpha" value="0.3"/></bsdf></bsdf><bsdf type="roughplastic"/></bsdf>"#,
     ),
     (
         "principled_transmissive",
