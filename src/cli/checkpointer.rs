@@ -2,10 +2,10 @@
 
 use super::pace::Pace;
 use super::progress::say;
-use super::render_arguments::RenderArguments;
+use super::render::CheckpointRequest;
 use crate::io::clock::WallClock;
 use crate::render::checkpoint::Header;
-use crate::render::{Moment, Occasion, Onlooker};
+use crate::render::{Moment, Occasion, Onlooker, Stop};
 use std::path::{Path, PathBuf};
 
 /// Seconds between two checkpoints, where nothing else is asked for.
@@ -14,7 +14,7 @@ pub(super) const EVERY: f64 = 300.0;
 /// Writes checkpoints, each in place of the one before.
 pub(super) struct Checkpointer {
     path: PathBuf,
-    header: Header<RenderArguments>,
+    header: Header<CheckpointRequest>,
     pace: Pace,
     /// Whether one that could not be written has been told of, or nothing is to be told.
     told: bool,
@@ -24,7 +24,7 @@ pub(super) struct Checkpointer {
 
 impl Checkpointer {
     /// In the file `path`, each `every` seconds. `quiet`, it says nothing.
-    pub(super) fn new(path: &Path, every: f64, header: Header<RenderArguments>, quiet: bool) -> Checkpointer {
+    pub(super) fn new(path: &Path, every: f64, header: Header<CheckpointRequest>, quiet: bool) -> Checkpointer {
         let path = path.to_path_buf();
         Checkpointer { path, header, pace: Pace::after(every), told: quiet, is_newest: false }
     }
@@ -35,10 +35,23 @@ impl Checkpointer {
     }
 
     /// Tells once why there is no new checkpoint. That is no reason to end the render.
-    fn tell(&mut self, why: &str) {
+    fn tell(&mut self, why: &str, stop: &Stop) {
+        let then = if stop.is_asked() { "" } else { ", and the render goes on" };
         if !std::mem::replace(&mut self.told, true) {
-            say(&format!("warning: {why}; there is no new checkpoint, an older one stays, and the render goes on"));
+            say(&format!("warning: {why}; there is no new checkpoint, an older one stays{then}"));
         }
+    }
+
+    /// Writes one, or says why there is none.
+    fn write(&self, moment: &Moment) -> Result<(), String> {
+        let path = self.path.display();
+        if !moment.can_go_on() {
+            return Err(format!("{path}: the render was stopped in the middle of a round of its guide"));
+        }
+        moment.write_checkpoint(&self.path, &self.header).map_err(|error| match moment.stop().gives_up_files() {
+            true => format!("{path}: given up, since a second signal asked for what there is"),
+            false => error.to_string(),
+        })
     }
 }
 
@@ -49,14 +62,9 @@ impl Onlooker for Checkpointer {
 
     fn look(&mut self, moment: &Moment) {
         let clock = WallClock::start();
-        let written = match moment.can_go_on() {
-            true => moment.write_checkpoint(&self.path, &self.header).map_err(|error| error.to_string()),
-            false => {
-                Err(format!("{}: the render was stopped in the middle of a round of its guide", self.path.display()))
-            }
-        };
+        let written = self.write(moment);
         self.is_newest = written.is_ok();
-        written.unwrap_or_else(|why| self.tell(&why));
+        written.unwrap_or_else(|why| self.tell(&why, moment.stop()));
         self.pace.written(clock.elapsed());
     }
 

@@ -2,13 +2,13 @@
 
 use super::output::check_writable;
 use super::progress::say;
-use super::render::{Ready, settings};
+use super::render::{CheckpointRequest, Ready, settings};
 use super::render_arguments::RenderArguments;
 use super::signals::Signals;
 use crate::render::checkpoint::open;
 use crate::render::merge::Merged;
 use crate::render::part;
-use anyhow::{Context as _, Result, anyhow, bail};
+use anyhow::{Context as _, Result, anyhow, bail, ensure};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -73,14 +73,19 @@ fn checkpoints(arguments: &MergeArguments, first: &Path) -> Result<ExitCode> {
     if arguments.partial {
         bail!("{}: --partial is for films", first.display());
     }
-    let file = open::<RenderArguments>(first)?;
-    let asked = asked(arguments, &file.header.request);
+    let file = open::<CheckpointRequest>(first)?;
+    ensure!(
+        file.header.request.frames.is_none(),
+        "{}: this is of an animation: merge joins single pictures",
+        first.display()
+    );
+    let asked = asked(arguments, &file.header.request.arguments);
     let ready = Ready::new(&asked)?;
     let settings = settings(&ready.description);
     let signals = Signals::catch(arguments.quiet)?;
     let mut merged = Merged::new(file.read_of_any_seed(&ready.scene, &settings)?);
     for path in &arguments.files[1..] {
-        let other = open::<RenderArguments>(path)?.read_of_any_seed(&ready.scene, &settings)?;
+        let other = open::<CheckpointRequest>(path)?.read_of_any_seed(&ready.scene, &settings)?;
         merged.add(other).map_err(|why| anyhow!("{}: {why}", path.display()))?;
     }
     let rendering = merged.finish(&ready.scene);

@@ -26,10 +26,10 @@ pub(crate) fn pictures(scene: &Path, force: bool) -> Result<([PathBuf; 2], bool)
     }
 }
 
-/// The same of a frame, whatever is there.
-pub(super) fn of_frame(scene: &Path, number: u32) -> Result<[PathBuf; 2]> {
+/// The same of frames, whatever is there; `####` stands for their numbers.
+pub(super) fn of_frames(scene: &Path) -> Result<[PathBuf; 2]> {
     let stem = stem(scene)?;
-    Ok(["exr", "png"].map(|end| PathBuf::from(format!("{stem}.{number:04}.{end}"))))
+    Ok(["exr", "png"].map(|end| PathBuf::from(format!("{stem}.####.{end}"))))
 }
 
 /// Whether a picture is there, and does not say that its render was stopped.

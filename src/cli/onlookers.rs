@@ -8,7 +8,7 @@ use super::render_arguments::DisplayArguments;
 use super::tev::{Tev, TevOnlooker};
 use crate::format::SceneFile;
 use crate::image::Layer;
-use crate::render::{Moment, Occasion, Onlooker};
+use crate::render::{Moment, Occasion, Onlooker, Stop};
 use anyhow::Result;
 use std::path::PathBuf;
 
@@ -32,14 +32,14 @@ impl Displays {
         self.page.iter().for_each(|page| page.follow(status()));
     }
 
-    /// Shows a finished picture.
-    pub(super) fn show(&self, layers: impl Fn() -> Vec<Layer>, size: [u32; 2]) {
-        self.tev.iter().for_each(|tev| tev.show_layers(&layers(), size));
+    /// Shows a finished picture, unless `stop` is urgent.
+    pub(super) fn show(&self, layers: impl Fn() -> Vec<Layer>, size: [u32; 2], stop: &Stop) {
+        self.tev.iter().for_each(|tev| tev.show_layers(&layers, size, stop));
     }
 
-    /// Says that the command ends and how, and lets those who watch have the last picture.
-    pub(super) fn end(&self, how: &str) {
-        self.page.iter().for_each(|page| page.end(how));
+    /// Says that the command ends and how, and lets those who watch have the last picture, unless `stop` is urgent.
+    pub(super) fn end(&self, how: &str, stop: &Stop) {
+        self.page.iter().for_each(|page| page.end(how, stop));
     }
 }
 
@@ -65,8 +65,11 @@ impl Onlookers {
         Onlookers { preview, page, tev, checkpointer, due: [false; 4] }
     }
 
-    /// Waits until all is in its file; the checkpoint, where it holds the end of the render.
-    pub(super) fn finish(self) -> Option<PathBuf> {
+    /// Waits until all is in its file, unless `stop` is urgent; the checkpoint, where it holds the end of the render.
+    pub(super) fn finish(mut self, stop: &Stop) -> Option<PathBuf> {
+        self.preview.iter_mut().for_each(|preview| preview.settle(stop));
+        self.page.iter_mut().for_each(|page| page.settle(stop));
+        self.tev.iter_mut().for_each(|tev| tev.settle(stop));
         self.checkpointer.as_ref().and_then(Checkpointer::written).map(PathBuf::from)
     }
 
@@ -91,7 +94,12 @@ impl Onlooker for Onlookers {
     fn look(&mut self, moment: &Moment) {
         let due = self.due;
         let wanting = self.all().into_iter().zip(due).filter(|(_, due)| *due);
-        wanting.filter_map(|(onlooker, _)| onlooker).for_each(|onlooker| onlooker.look(moment));
+        for (k, onlooker) in wanting.filter_map(|(onlooker, _)| onlooker).enumerate() {
+            // whoever looks first may take so long that somebody becomes impatient: the picture itself is next
+            if k == 0 || !moment.stop().is_urgent() {
+                onlooker.look(moment);
+            }
+        }
     }
 
     fn keeps_state(&self) -> bool {

@@ -1,14 +1,17 @@
 //! Where a render's pictures and figures go.
 
+use super::beside::Beside;
 use super::layers::{layers, mattes};
 use super::names;
 use super::report::{Context, Report};
 use crate::film::accumulate::Estimate;
 use crate::image::exr::{self, Attribute, DENOISED, Metadata, Window};
+use crate::image::packed::{Packed, Packing};
 use crate::image::{Image, png};
 use crate::io::atomic::{try_folder, write_atomically};
+use crate::io::clock::WallClock;
 use crate::platform::Platform;
-use crate::render::{Rendering, guide_file};
+use crate::render::{Rendering, Stop, guide_file};
 use anyhow::{Context as _, Result, bail};
 use rayon::prelude::*;
 use std::io::Write;
@@ -99,16 +102,17 @@ impl Outputs {
         let estimate = &rendering.estimate;
         // A PNG is packed by one thread: that of a large picture takes as long as an EXR, which all threads pack.
         let pictures = self.pictures.par_iter().map(|path| match path.extension().is_some_and(|e| e == "exr") {
-            true => write_exr(path, context, rendering).map_err(anyhow::Error::from),
-            false => write_png(path, context, estimate).map_err(anyhow::Error::from),
+            true => packed(context.stop, |packing| exr_packer(context, rendering, packing)).write(path),
+            false => packed(context.stop, |packing| png_packer(context, estimate, packing)).write(path),
         });
-        let pictures: Vec<Result<()>> = pictures.collect();
+        let pictures: Vec<crate::Result<()>> = pictures.collect();
         let json = self.json.iter().map(|path| write_json(path, report));
         let guide = (self.guide.iter().zip(&rendering.guide)).map(|(path, guide)| {
             guide_file::write(path, guide, &context.subject, rendering.learnt_paths).map_err(anyhow::Error::from)
         });
         let failures: Vec<String> = pictures
             .into_iter()
+            .map(|written| written.map_err(anyhow::Error::from))
             .chain(json)
             .chain(guide)
             .filter_map(|result| result.err().map(|e| format!("{e:#}")))
@@ -146,22 +150,39 @@ pub(super) fn beauty(estimate: &Estimate) -> Image {
     image
 }
 
-fn write_png(path: &Path, context: &Context, estimate: &Estimate) -> crate::Result<()> {
-    let samples = estimate.samples.to_string();
+/// Packs a picture tightly, or loosely once `stop` is urgent, also where that comes while it is being packed.
+fn packed<W: FnOnce() -> Packed + Send + 'static>(stop: &Stop, packer: impl Fn(Packing) -> W) -> Packed {
+    let mut tightly = Beside::new("packing", 0.0);
+    if !stop.is_urgent() {
+        tightly.begin(WallClock::start(), packer(Packing::Tight));
+    }
+    tightly.settle_unless(stop).unwrap_or_else(|| packer(Packing::Loose)())
+}
+
+/// What packs the PNG.
+fn png_packer(context: &Context, estimate: &Estimate, packing: Packing) -> impl FnOnce() -> Packed + Send + use<> {
     let denoised = context.denoised.as_ref();
     let said = [
-        Some((PNG_SCENE, &*context.name)),
-        denoised.map(|denoised| ("Denoiser", &*denoised.by)),
-        context.interrupted.then_some((PNG_INCOMPLETE, &*samples)),
+        Some((PNG_SCENE, context.name.clone())),
+        denoised.map(|denoised| ("Denoiser", denoised.by.clone())),
+        context.interrupted.then(|| (PNG_INCOMPLETE, estimate.samples.to_string())),
     ];
-    let said: Vec<_> = said.into_iter().flatten().collect();
-    match denoised {
-        Some(denoised) => png::write(path, &denoised.image, &context.view, &said),
-        None => png::write(path, &beauty(estimate), &context.view, &said),
+    let (image, view) = (denoised.map_or_else(|| beauty(estimate), |denoised| denoised.image.clone()), context.view);
+    move || {
+        let said: Vec<_> = said.iter().flatten().map(|(keyword, text)| (*keyword, text.as_str())).collect();
+        png::pack(&image, &view, &said, packing)
     }
 }
 
-fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Result<()> {
+/// What packs the EXR.
+fn exr_packer(context: &Context, rendering: &Rendering, packing: Packing) -> impl FnOnce() -> Packed + Send + use<> {
+    let (metadata, layers, e) = (metadata(context, rendering), layers(rendering, context), &rendering.estimate);
+    let window = Window::part(context.whole, context.scene.camera.corner(), [e.width, e.height]);
+    move || exr::pack(&window, layers, &metadata, packing)
+}
+
+/// What an EXR says beside its pixels.
+fn metadata(context: &Context, rendering: &Rendering) -> Metadata {
     let e = &rendering.estimate;
     let mut extra = Platform::of(context.scene.geometry().device()).attributes();
     extra.insert("scene".into(), Attribute::Text(context.name.clone()));
@@ -175,16 +196,13 @@ fn write_exr(path: &Path, context: &Context, rendering: &Rendering) -> crate::Re
     if context.interrupted {
         extra.insert(EXR_INCOMPLETE.into(), Attribute::Int(i32::try_from(e.samples).unwrap_or(i32::MAX)));
     }
-    let metadata = Metadata {
+    Metadata {
         scene_hash: context.scene.hash_text(),
         samples_per_pixel: e.samples,
         render_time_seconds: rendering.wall_seconds as f32,
         seed: context.seed,
         extra,
-    };
-    let layers = layers(rendering, context);
-    let window = Window::part(context.whole, context.scene.camera.corner(), [e.width, e.height]);
-    exr::write(path, &window, layers, &metadata)
+    }
 }
 
 pub(super) fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<()> {
@@ -193,4 +211,39 @@ pub(super) fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<
         return std::io::stdout().write_all(text.as_bytes()).context("standard output");
     }
     Ok(write_atomically(path, |file| file.write_all(text.as_bytes()))?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::ViewTransform;
+
+    /// What packs one pixel, or never ends.
+    fn packer(packing: Packing, ends: bool) -> impl FnOnce() -> Packed + Send {
+        move || {
+            while !ends && packing == Packing::Tight {
+                std::thread::park();
+            }
+            png::pack(&Image::new(1, 1), &ViewTransform::default(), &[], packing)
+        }
+    }
+
+    #[test]
+    fn who_has_no_time_gets_pictures_that_are_packed_loosely_also_in_the_middle_of_packing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let stop = Stop::new();
+        stop.ask();
+        packed(&stop, |packing| packer(packing, true)).write(&path).unwrap();
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                std::thread::sleep(std::time::Duration::from_millis(50));
+                stop.insist();
+            });
+            packed(&stop, |packing| packer(packing, false)).write(&path).unwrap();
+        });
+        // it is not even tried tightly
+        packed(&stop, |packing| packer(packing, false)).write(&path).unwrap();
+        assert!(png::text(&path, "Tone").is_some());
+    }
 }

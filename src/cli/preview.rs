@@ -9,7 +9,7 @@ use crate::format::SceneFile;
 use crate::image::exr::{self, Metadata, Window};
 use crate::image::{Image, Layer, ViewTransform, png};
 use crate::io::clock::WallClock;
-use crate::render::{Moment, Occasion, Onlooker};
+use crate::render::{Moment, Occasion, Onlooker, Stop};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 
@@ -58,9 +58,9 @@ impl Preview {
         self
     }
 
-    /// Waits for the newest. That one cannot be written is said once, and no reason to end the render.
-    fn settle(&mut self) {
-        if let Some(Err(error)) = self.writer.settle()
+    /// Waits for the newest, unless `stop` is urgent. That one cannot be written is said once, and no reason to end the render.
+    pub(super) fn settle(&mut self, stop: &Stop) {
+        if let Some(Err(error)) = self.writer.settle_unless(stop)
             && !std::mem::replace(&mut self.told, true)
         {
             say(&format!("warning: {error}; there is no new preview, and the render goes on"));
@@ -75,16 +75,10 @@ impl Onlooker for Preview {
 
     fn look(&mut self, moment: &Moment) {
         let clock = WallClock::start();
-        self.settle();
+        self.settle(moment.stop());
         let (subject, picture) = (self.subject.clone(), moment.picture());
         let coverage = if subject.is_exr() { moment.coverage() } else { Vec::new() };
         self.writer.begin(clock, move || subject.write(picture, coverage));
-    }
-}
-
-impl Drop for Preview {
-    fn drop(&mut self) {
-        self.settle();
     }
 }
 

@@ -1,7 +1,7 @@
 //! `phototaxis render`: from a scene file or a model to pictures and figures.
 
 use super::checkpointer::{self, Checkpointer};
-use super::frames;
+use super::frames::{self, FramesLeft};
 use super::layers::layers;
 use super::onlookers::{Displays, Onlookers};
 use super::output::{Denoised, Outputs, beauty};
@@ -31,9 +31,17 @@ use std::process::ExitCode;
 /// Warnings that are printed; of more only the number is.
 const WARNINGS: usize = 20;
 
+/// How a render was asked for of which there is a checkpoint.
+#[derive(serde::Serialize, serde::Deserialize)]
+pub(super) struct CheckpointRequest {
+    pub(super) arguments: RenderArguments,
+    /// Of an animation.
+    pub(super) frames: Option<FramesLeft>,
+}
+
 /// What a render goes on from.
 pub(super) struct Resumption {
-    pub(super) file: CheckpointFile<RenderArguments>,
+    pub(super) file: CheckpointFile<CheckpointRequest>,
     /// Samples per pixel of the whole render, seconds from now on, and relative error, where they are to be others.
     pub(super) spp: Option<u32>,
     pub(super) seconds: Option<f64>,
@@ -91,14 +99,12 @@ pub(super) fn render(arguments: &RenderArguments, from: Option<Resumption>) -> R
     let mut ready = Ready::new(arguments)?;
     let start = start(arguments, from, &ready.scene, &mut ready.description)?;
     let signals = Signals::catch(arguments.quiet)?;
-    let mut onlookers = onlookers(&ready)?;
+    let mut onlookers = onlookers(&ready, None)?;
     let rendering = watched_by(&ready.bar, &ready.scene, &ready.description, start, signals.stop(), &mut onlookers);
-    let go_on = onlookers.finish();
+    let go_on = onlookers.finish(signals.stop());
     let code = ready.present(&rendering, &signals);
     ready.end(&signals);
-    if !arguments.quiet {
-        go_on.iter().for_each(|path| say(&format!("wrote {0}: phototaxis resume {0} goes on", path.display())));
-    }
+    ready.say_how_to_go_on(go_on.as_deref());
     code
 }
 
@@ -168,6 +174,7 @@ impl<'a> Ready<'a> {
         let film = &description.scene.film;
         let context = Context {
             scene,
+            stop: signals.stop(),
             name: arguments.name(),
             seed: description.render.seed,
             interrupted: signals.came(),
@@ -182,14 +189,22 @@ impl<'a> Ready<'a> {
             denoised,
         };
         let finite = conclude(outputs, &context, rendering, bar, arguments.quiet)?;
-        displays.show(|| layers(rendering, &context), [rendering.estimate.width, rendering.estimate.height]);
+        let size = [rendering.estimate.width, rendering.estimate.height];
+        displays.show(|| layers(rendering, &context), size, signals.stop());
         failure.map_or(Ok(()), Err)?;
         Ok(if finite { signals.exit_code() } else { ExitCode::from(super::NOT_FINITE) })
     }
 
+    /// Names the checkpoint that is of the end of the render, where there is one.
+    pub(super) fn say_how_to_go_on(&self, checkpoint: Option<&Path>) {
+        if let Some(path) = checkpoint.filter(|_| !self.arguments.quiet) {
+            say(&format!("wrote {0}: phototaxis resume {0} goes on", path.display()));
+        }
+    }
+
     /// Tells all who watch that nothing more comes.
     pub(super) fn end(&self, signals: &Signals) {
-        self.displays.end(if signals.came() { "stopped by a signal" } else { "done" });
+        self.displays.end(if signals.came() { "stopped by a signal" } else { "done" }, signals.stop());
     }
 }
 
@@ -226,18 +241,20 @@ fn conclude(outputs: &Outputs, context: &Context, rendering: &Rendering, bar: &B
     Ok(report.non_finite().is_none())
 }
 
-/// What rewrites the picture so far and what it takes to go on, where that is asked for.
-pub(super) fn onlookers(ready: &Ready) -> Result<Onlookers> {
+/// What rewrites the picture so far and what it takes to go on, where that is asked for; `frames` are left of an animation.
+pub(super) fn onlookers(ready: &Ready, frames: Option<&FramesLeft>) -> Result<Onlookers> {
     let Ready { arguments, description, scene, outputs, .. } = ready;
+    let quiet = arguments.quiet;
     let preview = arguments.preview.as_ref().map(|path| {
         let every = arguments.every.unwrap_or(preview::EVERY);
-        Preview::new(path, every, &arguments.name(), scene, description).quietly(arguments.quiet)
+        Preview::new(path, every, &arguments.name(), scene, description).quietly(quiet)
     });
     let checkpointer = arguments.checkpoint.as_ref().map(|path| {
         let every = arguments.every.unwrap_or(checkpointer::EVERY);
-        let request = arguments.settled(outputs, &description.render)?;
+        let arguments = arguments.settled(outputs, &description.render)?;
+        let request = CheckpointRequest { arguments, frames: frames.cloned() };
         let header = Header::new(scene, &settings(description), request);
-        anyhow::Ok(Checkpointer::new(path, every, header, arguments.quiet))
+        anyhow::Ok(Checkpointer::new(path, every, header, quiet))
     });
     Ok(Onlookers::new(preview, &ready.displays, description, checkpointer.transpose()?))
 }

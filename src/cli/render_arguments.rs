@@ -221,12 +221,12 @@ impl RenderArguments {
 
     /// The same render, asked for from any folder, with the names and the budget that it has got.
     pub(super) fn settled(&self, outputs: &Outputs, render: &RenderSettings) -> Result<RenderArguments> {
-        let mut settled = RenderArguments {
-            output: outputs.pictures().to_vec(),
-            name: Some(self.name()),
-            budget: Some(Budget::of(render)),
-            ..self.clone()
+        let output = match self.animation.range()? {
+            Some(_) => frames::patterns(self)?,
+            None => outputs.pictures().to_vec(),
         };
+        let mut settled =
+            RenderArguments { output, name: Some(self.name()), budget: Some(Budget::of(render)), ..self.clone() };
         let optional = [&mut settled.guide_in, &mut settled.guide_out, &mut settled.preview, &mut settled.checkpoint];
         let json = settled.json.iter_mut().filter(|path| path.as_os_str() != "-");
         let all = optional.into_iter().flatten().chain(json).chain(&mut settled.output);

@@ -11,7 +11,7 @@ use crate::io::clock;
 use crate::math::Rgb;
 use crate::platform::Platform;
 use crate::render::guide_file::GuideFingerprint;
-use crate::render::{IterationReport, Rendering, Trial, Verdict};
+use crate::render::{IterationReport, Rendering, Stop, Trial, Verdict};
 use crate::scene::{Scene, why_dark};
 use serde::Serialize;
 
@@ -133,6 +133,8 @@ struct Iteration {
 /// What the report needs beside the render itself.
 pub(crate) struct Context<'a> {
     pub(crate) scene: &'a Scene,
+    /// Whoever has no time for packing says so.
+    pub(crate) stop: &'a Stop,
     pub(crate) name: String,
     pub(crate) seed: u64,
     pub(crate) interrupted: bool,

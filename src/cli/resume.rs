@@ -2,11 +2,12 @@
 
 use super::amounts;
 use super::choices::Machine;
+use super::frames;
 use super::progress::Show;
-use super::render::{Resumption, render};
+use super::render::{CheckpointRequest, Resumption, render};
 use super::render_arguments::{DisplayArguments, RenderArguments};
 use crate::render::checkpoint::open;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -57,16 +58,22 @@ pub(crate) struct ResumeArguments {
 }
 
 pub(crate) fn run(arguments: &ResumeArguments) -> Result<ExitCode> {
-    let file = open::<RenderArguments>(&arguments.file)?;
+    let file = open::<CheckpointRequest>(&arguments.file)?;
     let asked = asked(arguments, &file.header.request);
     let ResumeArguments { spp, time: seconds, noise, .. } = *arguments;
+    if let Some(frames) = file.header.request.frames.clone() {
+        let new_budget = spp.is_some() || seconds.is_some() || noise.is_some();
+        ensure!(!new_budget, "{}: an animation goes on with the budget that it had", arguments.file.display());
+        return frames::resume(&asked, frames, file);
+    }
     render(&asked, Some(Resumption { file, spp, seconds, noise }))
 }
 
 /// What the render was asked for, and is now.
-fn asked(arguments: &ResumeArguments, before: &RenderArguments) -> RenderArguments {
+fn asked(arguments: &ResumeArguments, before: &CheckpointRequest) -> RenderArguments {
     let ResumeArguments { file, output, preview, displays, every, machine, progress, json, quiet, .. } = arguments;
-    let mut asked = before.clone();
+    let mut asked = before.arguments.clone();
+    asked.animation = before.frames.as_ref().map_or_else(Default::default, |left| left.asked.clone());
     if !output.is_empty() {
         asked.output = output.clone();
     }

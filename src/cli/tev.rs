@@ -6,7 +6,7 @@ use super::progress::say;
 use crate::film::accumulate::Estimate;
 use crate::image::Layer;
 use crate::io::clock::WallClock;
-use crate::render::{Moment, Occasion, Onlooker};
+use crate::render::{Moment, Occasion, Onlooker, Stop};
 use anyhow::{Context as _, Result};
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -74,9 +74,14 @@ impl Tev {
         }
     }
 
-    /// Shows the finished picture with all of its layers.
-    pub(super) fn show_layers(&self, layers: &[Layer], size: [u32; 2]) {
-        self.with(|link| link.send_layers(layers, size));
+    /// Shows the finished picture with all of its layers, unless `stop` is urgent, or once it is.
+    pub(super) fn show_layers(&self, layers: impl FnOnce() -> Vec<Layer>, size: [u32; 2], stop: &Stop) {
+        if !stop.is_urgent() {
+            let (tev, layers) = (self.clone(), layers());
+            let mut sender = Beside::new("tev", EVERY);
+            sender.begin(WallClock::start(), move || tev.with(|link| link.send_layers(&layers, size)));
+            sender.settle_unless(stop);
+        }
     }
 }
 
@@ -155,8 +160,9 @@ impl Onlooker for TevOnlooker {
     }
 }
 
-impl Drop for TevOnlooker {
-    fn drop(&mut self) {
-        self.sender.settle();
+impl TevOnlooker {
+    /// Waits for the newest picture, unless `stop` is urgent.
+    pub(super) fn settle(&mut self, stop: &Stop) {
+        self.sender.settle_unless(stop);
     }
 }

@@ -31,10 +31,9 @@ pub(crate) struct Film {
     pub(super) combine: Combine,
     /// Whether samples are spread evenly, so that halves of them tell how their means vary.
     halved: bool,
-    /// Whether it is to tell the error of its picture.
+    /// Whether it is to tell the error of its picture. Where all samples count alike that takes the halves of all.
     pub(super) tells_error: bool,
-    /// Of each colour of the checkerboard, the sum of the closed groups' inverse relative variances, where weights are none.
-    pub(super) information: [f64; 2],
+    pub(super) halves: Halves,
     /// Those of the groups and of the picture.
     pub(super) layers: Vec<RadianceLayer>,
     pub(super) group: IterationGroup,
@@ -93,7 +92,7 @@ impl Film {
             combine,
             halved: false,
             tells_error: false,
-            information: [0.0; 2],
+            halves: Halves::default(),
             layers: layers.to_vec(),
             group: IterationGroup::new(pixels, layers.len()),
             before: None,
@@ -113,17 +112,24 @@ impl Film {
 
     /// The same film, which [tells](Self::relative_error) the error of its picture if `tells`.
     pub(crate) fn that_tells_its_error(mut self, tells: bool) -> Film {
+        let alike = self.combine == Combine::All;
         self.tells_error = tells;
+        self.halves = if tells && alike && self.halved { Halves::new(self.pixels()) } else { Halves::default() };
+        self.picture = self.picture.that_tells_its_error(tells && !alike);
         self
     }
 
     /// Adds what was sampled in a tile. Call `add_samples` once all pixels have theirs, or `add_samples_in` for the tile.
     pub(crate) fn add(&mut self, tile: &Tile, samples: &TileSamples) {
         self.features.add(tile, samples);
+        let (sum, before) = (&self.group.sum, &self.picture);
+        let all = |i: usize| before.mean[i].as_dvec3() * f64::from(before.count(i)) + sum[i];
+        self.halves.keep((tile, self.width), all, samples.numbers.clone(), 0);
         let (group, before) = (&mut self.group, self.before.as_ref().map_or(0, |before| before.samples));
         let begin = self.allotted.as_ref().map_or(group.first + before, |allotted| allotted.first(tile));
         let numbers = samples.numbers.start.saturating_sub(begin)..samples.numbers.end.saturating_sub(begin);
-        group.halves.keep((tile, self.width), &group.sum, numbers, before);
+        let sum = &group.sum;
+        group.halves.keep((tile, self.width), |i| sum[i], numbers, before);
         for y in 0..tile.height {
             let from = (y * tile.width) as usize..((y + 1) * tile.width) as usize;
             let to = ((tile.y + y) * self.width + tile.x) as usize;
@@ -182,6 +188,7 @@ impl Film {
         (self.width, self.height, &self.layers[..]) == (width, height, layers)
             && groups.all(|group| group.fits(pixels, layers.len()))
             && self.picture.fits(pixels, layers.len())
+            && self.halves.fits(pixels)
             && self.allotted.as_ref().is_none_or(|allotted| allotted.fits([width, height], layers.len()))
             && self.features.fits(width, pixels)
     }
@@ -288,11 +295,6 @@ impl Film {
     fn close_group(&mut self) {
         let new = self.empty_group();
         let closed = std::mem::replace(&mut self.group, new);
-        if self.tells_error && self.combine != Combine::InverseVariance {
-            let own = closed.weights(self.width as usize, &closed).map(|weight| weight.unwrap_or(0.0));
-            let before = if self.combine == Combine::Last { [0.0; 2] } else { self.information };
-            self.information = [before[0] + own[0], before[1] + own[1]];
-        }
         let (mut picture, pending) = (std::mem::take(&mut self.picture), self.pending.take());
         self.weigh_in(&mut picture, pending.as_ref(), &closed);
         self.picture = picture;
@@ -304,7 +306,8 @@ impl Film {
     fn weigh_in(&self, picture: &mut Picture, pending: Option<&IterationGroup>, newest: &IterationGroup) {
         match self.combine {
             Combine::Last => {
-                let new = Picture::new(self.pixels(), self.layers.len());
+                let tells = picture.tells_error();
+                let new = Picture::new(self.pixels(), self.layers.len()).that_tells_its_error(tells);
                 let before = std::mem::replace(picture, new);
                 picture.weigh_in(self.width, newest, [Some(1.0); 2]);
                 picture.fill_in(before, newest);

@@ -41,8 +41,14 @@ impl Halves {
     }
 
     /// Keeps what the pixels of a tile have, before they are given further samples: `numbers`, counted from the beginning of
-    /// the sequence, `before` being those before it. It is kept where their number comes to a power of two.
-    pub(crate) fn keep(&mut self, (tile, width): (&Tile, u32), sums: &[DVec3], numbers: Range<u32>, before: u32) {
+    /// the sequence, `before` being those before it; `sum` is that of a pixel. It is kept where their number comes to a power of two.
+    pub(crate) fn keep(
+        &mut self,
+        (tile, width): (&Tile, u32),
+        sum: impl Fn(usize) -> DVec3,
+        numbers: Range<u32>,
+        before: u32,
+    ) {
         let power = numbers.end.saturating_sub(1).checked_ilog2().map_or(0, |m| 1 << m);
         if !self.are_asked_for() || numbers.start == 0 || numbers.start > power {
             return;
@@ -50,7 +56,7 @@ impl Halves {
         for y in tile.y..tile.y + tile.height {
             let first = (y * width + tile.x) as usize;
             for i in first..first + tile.width as usize {
-                let now = Earlier { light: wide_luminance(sums[i]) as f32, samples: before + numbers.start };
+                let now = Earlier { light: wide_luminance(sum(i)) as f32, samples: before + numbers.start };
                 self.0[i] = [now, self.0[i][0]];
             }
         }

@@ -163,7 +163,7 @@ fn a_pass_that_was_cut_leaves_pixels_with_halves_of_different_length() {
 #[test]
 fn light_beyond_all_bounds_is_left_to_the_samples() {
     let mut halves = Halves::new(1);
-    halves.keep((&Tile { x: 0, y: 0, width: 1, height: 1 }, 1), &[DVec3::splat(1e300)], 4..8, 0);
+    halves.keep((&Tile { x: 0, y: 0, width: 1, height: 1 }, 1), |_| DVec3::splat(1e300), 4..8, 0);
     assert_eq!(halves.difference(0, DVec3::splat(2e300), 8), None);
     assert_eq!(halves.variances(vec![7.0], |_| (DVec3::splat(2e300), 8), |_| true, 1), [7.0]);
 }
@@ -175,7 +175,7 @@ fn no_part_is_much_larger_than_the_other() {
         let (mut halves, mut taken) = (Halves::new(1), 0u32);
         while taken < 300 {
             let numbers = taken..taken + if taken == 0 { first } else { pass };
-            halves.keep((&Tile { x: 0, y: 0, width: 1, height: 1 }, 1), &[DVec3::ZERO], numbers.clone(), 0);
+            halves.keep((&Tile { x: 0, y: 0, width: 1, height: 1 }, 1), |_| DVec3::ZERO, numbers.clone(), 0);
             taken = numbers.end;
             let share = f64::from(halves.nearest_to_half(0, taken).samples) / f64::from(taken);
             // passes that are not aligned come up to three samples too soon

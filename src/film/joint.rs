@@ -3,7 +3,6 @@
 use super::RadianceLayer;
 use super::accumulate::{Estimate, Film, MIN_GROUP};
 use super::features::FeatureSums;
-use super::group::IterationGroup;
 use super::picture::Picture;
 use crate::film::Combine;
 
@@ -23,31 +22,9 @@ impl Film {
         }
     }
 
-    /// Standard error of the picture so far, relative to it: the root of the mean square over its pixels but for the noisiest, as
-    /// iterations are weighed by ([`IterationGroup::weights`]). `None` for a picture that does not tell, or of a film that was not
-    /// asked to.
-    pub(crate) fn relative_error(&self) -> Option<f64> {
-        let newest = Some(&self.group).filter(|group| group.samples >= MIN_GROUP);
-        let own =
-            |group: &IterationGroup| group.weights(self.width as usize, group).map(|weight| weight.unwrap_or(0.0));
-        let [mut first, mut second] = match self.combine {
-            _ if !self.tells_error || self.allotted.is_some() => return None,
-            Combine::InverseVariance => self.picture_so_far().information()?,
-            Combine::All => self.information,
-            Combine::Last if newest.is_some() => [0.0; 2],
-            Combine::Last => self.information,
-        };
-        if let Some(newest) = newest.filter(|_| self.combine != Combine::InverseVariance) {
-            let [a, b] = own(newest);
-            (first, second) = (first + a, second + b);
-        }
-        let known = first > 0.0 && second > 0.0;
-        known.then(|| (0.5 * (first.recip() + second.recip())).sqrt())
-    }
-
     /// All that it says of the picture, which that of other renders can join.
     pub(crate) fn into_joint(self) -> JointFilm {
-        let picture = self.picture_so_far();
+        let picture = self.picture_so_far().that_tells_its_error(false);
         let by_samples = self.combine != Combine::InverseVariance || self.allotted.is_some();
         let alike = self.allotted.is_some();
         JointFilm {

@@ -13,6 +13,7 @@ pub(crate) mod ids;
 mod joint;
 mod picture;
 mod radiance_layer;
+pub(crate) mod relative_error;
 mod settings;
 mod surplus;
 pub(crate) mod tile;

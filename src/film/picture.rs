@@ -13,6 +13,8 @@ pub(super) struct Picture {
     pub(super) mean: Vec<Rgb>,
     /// Of the means.
     pub(super) variance: Vec<Rgb>,
+    /// Of the luminance of the means, by halves of the samples; empty where nobody asks.
+    pub(super) halved_variance: Vec<f32>,
     /// Means by radiance layer.
     pub(super) layers: Vec<Vec<Rgb>>,
     /// Sum of weights, for the black and the white squares of a checkerboard over the pixels. They are counts of samples
@@ -30,12 +32,23 @@ impl Picture {
         Picture {
             mean: vec![Rgb::ZERO; pixels],
             variance: vec![Rgb::ZERO; pixels],
+            halved_variance: Vec::new(),
             layers: vec![vec![Rgb::ZERO; pixels]; layers],
             weight: [0.0; 2],
             told: [false; 2],
             samples: 0,
             surplus: Surplus::default(),
         }
+    }
+
+    /// The same, which tells how its means vary by halves of their samples too if `tells`.
+    pub(super) fn that_tells_its_error(mut self, tells: bool) -> Picture {
+        self.halved_variance = if tells { vec![0.0; self.mean.len()] } else { Vec::new() };
+        self
+    }
+
+    pub(super) fn tells_error(&self) -> bool {
+        !self.halved_variance.is_empty()
     }
 
     /// Samples of a pixel.
@@ -52,13 +65,8 @@ impl Picture {
     /// Whether it is of so many pixels and layers.
     pub(super) fn fits(&self, pixels: usize, layers: usize) -> bool {
         let all = [self.mean.len(), self.variance.len()].into_iter().chain(self.layers.iter().map(Vec::len));
-        all.into_iter().all(|n| n == pixels) && self.layers.len() == layers && self.surplus.fits(pixels)
-    }
-
-    /// Sums of the groups' weights, which are inverse relative variances, for both colours of the checkerboard; `None` where
-    /// nothing is known of noise.
-    pub(super) fn information(&self) -> Option<[f64; 2]> {
-        self.told.iter().all(|told| *told).then_some(self.weight)
+        let halved = [0, pixels].contains(&self.halved_variance.len());
+        all.into_iter().all(|n| n == pixels) && halved && self.layers.len() == layers && self.surplus.fits(pixels)
     }
 
     /// As an estimate without features.
@@ -138,6 +146,9 @@ impl Picture {
             *mean += (newer - *mean) * new;
             *variance = *variance * old.powi(2) + newer_variance * new.powi(2);
         });
+        if self.tells_error() {
+            self.weigh_in_halves(width, group, shares);
+        }
         for (layer, means) in self.layers.iter_mut().enumerate() {
             means.par_iter_mut().enumerate().for_each(|(i, mean)| {
                 let (_, new) = group.shares(i, mean_count, shares[parity(i, width as usize)]);
@@ -146,6 +157,19 @@ impl Picture {
         }
         self.samples += group.samples;
         self.surplus.add_all(&group.surplus);
+    }
+
+    /// As [`Self::weigh_in`], how the mean varies: groups are weighed by the pixels of the other colour, so that those of a pixel are
+    /// weights that its own noise has no say in, and the variance of a weighted mean is known.
+    fn weigh_in_halves(&mut self, width: u32, group: &IterationGroup, shares: [(f32, f32); 2]) {
+        let (held, mean_count) = (self.samples, group.mean_count());
+        let newest = group.mean_variances(width as usize, |_| true);
+        self.halved_variance.par_iter_mut().zip(newest).enumerate().for_each(|(i, (variance, newer))| {
+            let (old, new) = group.shares(i, mean_count, shares[parity(i, width as usize)]);
+            // one sample does not tell how it varies; those before it do, where they are several
+            let newer = if group.count(i) == 1 { *variance * held as f32 } else { newer as f32 };
+            *variance = *variance * old.powi(2) + newer.min(f32::MAX) * new.powi(2);
+        });
     }
 
     /// Adds the weight of a group to that of the groups before it, and returns the shares of those and of the group in both
@@ -176,6 +200,9 @@ impl Picture {
         let pixels = self.mean.len();
         for i in (0..pixels).filter(|&i| newest.count(i) == 0) {
             (self.mean[i], self.variance[i]) = (before.mean[i], before.variance[i]);
+            if let Some((own, variance)) = self.halved_variance.get_mut(i).zip(before.halved_variance.get(i)) {
+                *own = *variance;
+            }
             self.layers.iter_mut().zip(&before.layers).for_each(|(means, before)| means[i] = before[i]);
             self.surplus.add(i..i + 1, before.samples, pixels);
         }

@@ -14,8 +14,8 @@ pub(crate) const DENOISED: &str = "denoised";
 pub(crate) const LAYER: &str = "layer";
 
 use super::Layer;
-use crate::io::atomic::write_atomically;
-use crate::{Error, Result};
+use super::packed::{Packed, Packing};
+use crate::Result;
 use ::exr::image as file;
 use ::exr::meta::attribute::{AttributeValue, IntegerBounds, LineOrder, Text};
 use ::exr::meta::header::{ImageAttributes, LayerAttributes};
@@ -83,8 +83,12 @@ impl Window {
 /// A channel of the wrong length, a name that occurs twice or is not printable ASCII, a reserved attribute name, an
 /// empty window, more than 2³¹ − 1 samples per pixel, and all failures to write.
 pub fn write(path: &Path, window: &Window, layers: Vec<Layer>, metadata: &Metadata) -> Result<()> {
-    let bytes = encode(window, layers, metadata).map_err(|message| Error::file(path, message))?;
-    write_atomically(path, |file| file.write_all(&bytes))
+    pack(window, layers, metadata, Packing::Tight).write(path)
+}
+
+/// The bytes that [`write`] writes, or more of them: a loosely packed file has no compression.
+pub(crate) fn pack(window: &Window, layers: Vec<Layer>, metadata: &Metadata, packing: Packing) -> Packed {
+    Packed(attributes(metadata).and_then(|other| encode(window, layers, other, packing)))
 }
 
 /// Writes `layers` of a picture that another program may have made, with all that is known of it and nothing else.
@@ -98,14 +102,7 @@ pub(crate) fn write_with(
     known: &BTreeMap<String, Attribute>,
 ) -> Result<()> {
     let checked = known.keys().try_for_each(|name| check_name("attribute", name));
-    let bytes = checked.and_then(|()| encode_with(window, layers, in_file(known)));
-    let bytes = bytes.map_err(|message| Error::file(path, message))?;
-    write_atomically(path, |file| file.write_all(&bytes))
-}
-
-/// The bytes of the file, or what cannot be stored.
-fn encode(window: &Window, layers: Vec<Layer>, metadata: &Metadata) -> std::result::Result<Vec<u8>, String> {
-    encode_with(window, layers, attributes(metadata)?)
+    Packed(checked.and_then(|()| encode(window, layers, in_file(known), Packing::Tight))).write(path)
 }
 
 type Attributes = std::collections::HashMap<Text, AttributeValue>;
@@ -114,7 +111,13 @@ fn in_file(attributes: &BTreeMap<String, Attribute>) -> Attributes {
     attributes.iter().map(|(name, value)| (name.as_str().into(), value.clone().into())).collect()
 }
 
-fn encode_with(window: &Window, layers: Vec<Layer>, other: Attributes) -> std::result::Result<Vec<u8>, String> {
+/// The bytes of the file, or what cannot be stored.
+fn encode(
+    window: &Window,
+    layers: Vec<Layer>,
+    other: Attributes,
+    packing: Packing,
+) -> std::result::Result<Vec<u8>, String> {
     let picture = file::Image {
         attributes: ImageAttributes::new(IntegerBounds::from_dimensions((window.width, window.height))),
         layer_data: file::Layer {
@@ -126,7 +129,10 @@ fn encode_with(window: &Window, layers: Vec<Layer>, other: Attributes) -> std::r
             },
             size: Vec2(window.stored_width, window.stored_height),
             encoding: file::Encoding {
-                compression: Compression::ZIP16,
+                compression: match packing {
+                    Packing::Tight => Compression::ZIP16,
+                    Packing::Loose => Compression::Uncompressed,
+                },
                 blocks: file::Blocks::ScanLines,
                 line_order: LineOrder::Increasing,
             },

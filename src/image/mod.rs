@@ -5,6 +5,7 @@ pub mod exr;
 pub(crate) mod flip;
 mod layers;
 pub mod metrics;
+pub(crate) mod packed;
 pub(crate) mod picture;
 pub mod png;
 mod resample;

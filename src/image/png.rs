@@ -1,10 +1,10 @@
 //! 8-bit PNG for looking at.
 
+use super::packed::{Packed, Packing};
 use super::{Image, ViewTransform};
-use crate::io::atomic::write_atomically;
-use crate::{Error, Result};
+use crate::Result;
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, SrgbRenderingIntent};
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 /// Writes linear radiance as sRGB with 8 bits, as `view` shows it. Chunks of text name the program, exposure (stops) and tone,
@@ -14,44 +14,47 @@ use std::path::Path;
 /// # Errors
 /// An empty picture, and all failures to write.
 pub(crate) fn write(path: &Path, image: &Image, view: &ViewTransform, texts: &[(&str, &str)]) -> Result<()> {
+    pack(image, view, texts, Packing::Tight).write(path)
+}
+
+/// The bytes that [`write`] writes, or more of them.
+pub(crate) fn pack(image: &Image, view: &ViewTransform, texts: &[(&str, &str)], packing: Packing) -> Packed {
     let size = |n: usize| u32::try_from(n).ok().filter(|&n| n > 0);
     let (Some(width), Some(height)) = (size(image.width), size(image.height)) else {
-        let message = format!("a PNG cannot have {} × {} pixels", image.width, image.height);
-        return Err(Error::file(path, message));
+        return Packed(Err(format!("a PNG cannot have {} × {} pixels", image.width, image.height)));
     };
     let bytes = view.bytes(image);
     let (stops, program) = (view.stops.to_string(), format!("phototaxis {}", env!("CARGO_PKG_VERSION")));
     let own = [("Software", &*program), ("Exposure", &stops), ("Tone", view.tone.name())];
     let texts: Vec<(&str, &str)> = own.into_iter().chain(texts.iter().copied()).collect();
-    write_atomically(path, |file| encode(file, (width, height), &bytes, &texts).map_err(into_io))
+    Packed(encode((width, height), &bytes, &texts, packing).map_err(|error| error.to_string()))
 }
 
 fn encode(
-    file: &mut dyn Write,
     (width, height): (u32, u32),
     bytes: &[u8],
     texts: &[(&str, &str)],
-) -> std::result::Result<(), EncodingError> {
-    let mut encoder = Encoder::new(file, width, height);
+    packing: Packing,
+) -> std::result::Result<Vec<u8>, EncodingError> {
+    let mut file = Vec::new();
+    let mut encoder = Encoder::new(&mut file, width, height);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
     // Faster settings store noise as it is.
-    encoder.set_compression(Compression::Balanced);
-    encoder.set_filter(Filter::Adaptive);
+    let (compression, filter) = match packing {
+        Packing::Tight => (Compression::Balanced, Filter::Adaptive),
+        Packing::Loose => (Compression::Fastest, Filter::Up),
+    };
+    encoder.set_compression(compression);
+    encoder.set_filter(filter);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     for (keyword, text) in texts {
         encoder.add_itxt_chunk((*keyword).to_owned(), (*text).to_owned())?;
     }
     let mut writer = encoder.write_header()?;
     writer.write_image_data(bytes)?;
-    writer.finish()
-}
-
-fn into_io(error: EncodingError) -> io::Error {
-    match error {
-        EncodingError::IoError(error) => error,
-        error => io::Error::other(error),
-    }
+    writer.finish()?;
+    Ok(file)
 }
 
 /// What a chunk of text of a PNG says; `None` where there is no such chunk, or no readable PNG.
@@ -95,6 +98,17 @@ mod tests {
         assert_eq!(at(0.1, 2.0), at(0.4, 0.0));
         assert_eq!(at(0.4, -1.0), at(0.2, 0.0));
         assert_ne!(at(0.1, 2.0), at(0.1, 0.0));
+    }
+
+    #[test]
+    fn a_loosely_packed_picture_is_the_same() {
+        let mut image = Image::new(9, 7);
+        image.data.iter_mut().enumerate().for_each(|(k, pixel)| *pixel = Rgb::new(0.01 * k as f32, 0.3, 0.5));
+        let [tight, loose] = [Packing::Tight, Packing::Loose].map(|packing| {
+            let bytes = pack(&image, &ViewTransform::default(), &[], packing).0.unwrap();
+            ::image::load_from_memory(&bytes).unwrap().into_rgb8()
+        });
+        assert!(tight == loose);
     }
 
     #[test]

@@ -8,6 +8,10 @@ use std::time::{Duration, Instant};
 /// many samples; a longer one is cut, so that nobody waits for it.
 pub(crate) const GRACE: Duration = Duration::from_secs(1);
 
+/// How long what is not the picture itself may still be written after [`Stop::insist`]. With packing the picture it is to be over
+/// within a second.
+const HASTE: Duration = Duration::from_millis(300);
+
 /// A wish to end a render, which any thread may state while the render runs: once, or a second time with more force.
 ///
 /// It decides which samples are taken by their place in the order of tasks and not by their values, so that a picture of fewer
@@ -16,12 +20,13 @@ pub(crate) const GRACE: Duration = Duration::from_secs(1);
 pub struct Stop {
     asked: OnceLock<Instant>,
     urgent: AtomicBool,
+    insisted: OnceLock<Instant>,
 }
 
 impl Stop {
     /// One that nobody has stated yet.
     pub const fn new() -> Stop {
-        Stop { asked: OnceLock::new(), urgent: AtomicBool::new(false) }
+        Stop { asked: OnceLock::new(), urgent: AtomicBool::new(false), insisted: OnceLock::new() }
     }
 
     /// Asks the render to end: with the pass under way if that ends within [`GRACE`], else in the middle of it. Tasks that
@@ -33,6 +38,7 @@ impl Stop {
     /// Asks for what there is, at once: tasks under way are given up at their next wave, and nothing more is learnt.
     pub fn insist(&self) {
         self.ask();
+        self.insisted.get_or_init(Instant::now);
         self.urgent.store(true, Ordering::Relaxed);
     }
 
@@ -45,6 +51,11 @@ impl Stop {
     #[inline]
     pub(crate) fn is_urgent(&self) -> bool {
         self.urgent.load(Ordering::Relaxed)
+    }
+
+    /// Whether files are to be given up that are not the picture itself, though they are half written.
+    pub(crate) fn gives_up_files(&self) -> bool {
+        self.insisted.get().is_some_and(|insisted| insisted.elapsed() >= HASTE)
     }
 
     /// Whether tasks under way are to be given up.
@@ -78,6 +89,16 @@ mod tests {
         let stop = Stop { asked: OnceLock::from(Instant::now() - GRACE), ..Stop::new() };
         stop.ask();
         assert!(stop.is_due() && !stop.is_urgent() && !stop.gives_up_tasks());
+    }
+
+    #[test]
+    fn files_are_given_up_some_time_after_the_second_wish_and_never_after_the_first() {
+        let long_ago = || OnceLock::from(Instant::now() - 10 * GRACE);
+        let stop = Stop { asked: long_ago(), ..Stop::new() };
+        assert!(!stop.gives_up_files());
+        stop.insist();
+        assert!(!stop.gives_up_files(), "what is nearly done may end");
+        assert!(Stop { insisted: long_ago(), ..stop }.gives_up_files());
     }
 
     #[test]

@@ -16,7 +16,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-static KIND: Kind = Kind { magic: *b"PTXCHECK", version: 3, name: "checkpoint" };
+static KIND: Kind = Kind { magic: *b"PTXCHECK", version: 4, name: "checkpoint" };
 
 /// What a file is of. `R` says how the render was asked for.
 #[derive(Serialize, Deserialize)]
@@ -92,14 +92,15 @@ impl Moment<'_> {
         !self.record.is_broken
     }
 
-    /// Writes a checkpoint, as a whole or not at all.
+    /// Writes a checkpoint, as a whole or not at all: it is given up where somebody waits impatiently for the end.
     ///
     /// # Errors
-    /// All failures to write.
+    /// All failures to write, and that it was given up.
     pub(crate) fn write_checkpoint<R: Serialize>(&self, path: &Path, header: &Header<R>) -> Result<()> {
         let guide = self.state.guide.as_ref().map(Guide::state);
         let Moment { state, record, spent, keeps_guide, .. } = *self;
-        KIND.write(path, &(header, Kept { state, record, guide, spent, keeps_guide }))
+        let kept = Kept { state, record, guide, spent, keeps_guide };
+        KIND.write_unless(path, &(header, kept), &|| self.stop.gives_up_files())
     }
 }
 
@@ -151,3 +152,7 @@ impl<R> CheckpointFile<R> {
 #[cfg(test)]
 #[path = "checkpoint_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "checkpoint_points_tests.rs"]
+mod points_tests;

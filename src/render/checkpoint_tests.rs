@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use tempfile::TempDir;
 
-fn door(set: &[&str]) -> (Scene, Settings) {
+pub(super) fn door(set: &[&str]) -> (Scene, Settings) {
     // six tiles, so that a pass can be cut
     let small = ["film.width=96", "film.height=40", "render.spp=23", "render.layers=[\"direct\"]"];
     let set: Vec<String> = small.iter().chain(set).map(ToString::to_string).collect();
@@ -23,16 +23,16 @@ fn door(set: &[&str]) -> (Scene, Settings) {
 }
 
 /// Writes a checkpoint after every so many passes, and at an end.
-struct Keeper<'a> {
+pub(super) struct Keeper<'a> {
     header: &'a Header<()>,
     folder: TempDir,
     every: usize,
     looks: usize,
-    written: Vec<PathBuf>,
+    pub(super) written: Vec<PathBuf>,
 }
 
 impl<'a> Keeper<'a> {
-    fn new(header: &'a Header<()>, every: usize) -> Keeper<'a> {
+    pub(super) fn new(header: &'a Header<()>, every: usize) -> Keeper<'a> {
         Keeper { header, folder: tempfile::tempdir().unwrap(), every, looks: 0, written: Vec::new() }
     }
 }
@@ -56,11 +56,19 @@ impl Onlooker for Keeper<'_> {
     }
 }
 
-/// Asks for the end at once when so many tasks have begun.
-struct Stopper {
-    stop: Stop,
-    begun: AtomicUsize,
+/// Asks for the end when so many tasks have begun.
+pub(super) struct Stopper {
+    pub(super) stop: Stop,
+    pub(super) begun: AtomicUsize,
     at: usize,
+    /// At once, in the middle of a pass.
+    at_once: bool,
+}
+
+impl Stopper {
+    pub(super) fn new(at: usize, at_once: bool) -> Stopper {
+        Stopper { stop: Stop::new(), begun: AtomicUsize::new(0), at, at_once }
+    }
 }
 
 impl Watch for Stopper {
@@ -68,14 +76,14 @@ impl Watch for Stopper {
 
     fn begin(&self, _task: &Task) {
         if self.begun.fetch_add(1, Ordering::Relaxed) + 1 == self.at {
-            self.stop.insist();
+            if self.at_once { self.stop.insist() } else { self.stop.ask() }
         }
     }
 
     fn end(&self, _task: &Task, _probe: ()) {}
 }
 
-fn gone_on(path: &Path, scene: &Scene, settings: &Settings) -> Rendering {
+pub(super) fn gone_on(path: &Path, scene: &Scene, settings: &Settings) -> Rendering {
     let from = open::<()>(path).unwrap().read(scene, settings).unwrap();
     let is_last = from.record.order.last;
     let rendering = resume(scene, settings, (from, false), &(), &Stop::new(), (&mut |_| true, &mut ()));
@@ -83,7 +91,7 @@ fn gone_on(path: &Path, scene: &Scene, settings: &Settings) -> Rendering {
     rendering
 }
 
-fn assert_same(a: &Rendering, b: &Rendering, what: &str) {
+pub(super) fn assert_same(a: &Rendering, b: &Rendering, what: &str) {
     assert!(a.estimate.mean == b.estimate.mean, "{what}: another picture");
     assert!(a.estimate.variance == b.estimate.variance && a.estimate.layers == b.estimate.layers, "{what}");
     assert!((a.samples, a.verdict, a.learnt_paths) == (b.samples, b.verdict, b.learnt_paths), "{what}");
@@ -115,7 +123,7 @@ fn check(set: &[&str], keep: bool, every: usize) -> Rendering {
         (None, _) => &[33],
     };
     for &at in cuts {
-        let watch = Stopper { stop: Stop::new(), begun: AtomicUsize::new(0), at };
+        let watch = Stopper::new(at, true);
         let mut keeper = Keeper::new(&header, usize::MAX);
         let shown = (&mut |_: &_| true, &mut keeper);
         let cut = render_shown(&scene, &settings, keeping(), &watch, &watch.stop, (shown.0, shown.1));

@@ -288,8 +288,8 @@ impl<'a, W: Watch> Driver<'a, W> {
         if onlooker.is_due(occasion) {
             self.take_in(record);
             record.report.wall_seconds = record.clock.elapsed().as_secs_f64();
-            let (spent, unit) = (self.limits.spent(), self.job.scene.light_unit());
-            onlooker.look(&Moment { state: &self.state, record, spent, unit, keeps_guide: self.job.keep_guide });
+            let (spent, unit, keeps_guide) = (self.limits.spent(), self.job.scene.light_unit(), self.job.keep_guide);
+            onlooker.look(&Moment { state: &self.state, record, spent, unit, keeps_guide, stop: self.limits.stop });
         }
     }
 

@@ -5,7 +5,7 @@ use super::policy::{GuidePolicy, Mode, Verdict};
 use super::state::{FIRST_ESTIMATE, Record, RenderState};
 use crate::film::accumulate::Estimate;
 use crate::guiding::settings::GuidingMethod;
-use crate::integrator::Counters;
+use crate::integrator::{Counters, Stop};
 use crate::light::LightUnit;
 use rayon::prelude::*;
 
@@ -55,9 +55,15 @@ pub struct Moment<'a> {
     pub(super) spent: Spent,
     pub(super) unit: LightUnit,
     pub(super) keeps_guide: bool,
+    pub(super) stop: &'a Stop,
 }
 
 impl Moment<'_> {
+    /// What asks the render to end, also while somebody looks.
+    pub(crate) fn stop(&self) -> &Stop {
+        self.stop
+    }
+
     /// The picture that there would be if the render ended now, in W/(sr·m²); without what the camera sees first.
     pub(crate) fn picture(&self) -> Estimate {
         in_watts(self.state.film.so_far(), self.unit)

@@ -42,8 +42,16 @@ impl Kind {
     /// # Errors
     /// All failures to write.
     pub fn write(&self, path: &Path, value: &impl Serialize) -> Result<()> {
+        self.write_unless(path, value, &|| false)
+    }
+
+    /// The same, or not at all once it is `given_up`.
+    ///
+    /// # Errors
+    /// All failures to write, and that it was given up.
+    pub fn write_unless(&self, path: &Path, value: &impl Serialize, given_up: &dyn Fn() -> bool) -> Result<()> {
         write_atomically(path, |file| {
-            let mut out = BufWriter::with_capacity(BUFFER, Summed::new(file));
+            let mut out = BufWriter::with_capacity(BUFFER, Summed::new(file, given_up));
             out.write_all(&self.magic)?;
             out.write_all(&self.version.to_le_bytes())?;
             let written = postcard::to_io(value, &mut out).map(drop);
@@ -136,21 +144,23 @@ impl SealedFile {
 }
 
 /// Counts the checksum of what is written. Postcard forgets why it could not write, so it is kept.
-struct Summed<T> {
+struct Summed<'a, T> {
     to: T,
+    given_up: &'a dyn Fn() -> bool,
     sum: crc32fast::Hasher,
     error: Option<io::Error>,
 }
 
-impl<T> Summed<T> {
-    fn new(to: T) -> Summed<T> {
-        Summed { to, sum: crc32fast::Hasher::new(), error: None }
+impl<T> Summed<'_, T> {
+    fn new(to: T, given_up: &dyn Fn() -> bool) -> Summed<'_, T> {
+        Summed { to, given_up, sum: crc32fast::Hasher::new(), error: None }
     }
 }
 
-impl<T: Write> Write for Summed<T> {
+impl<T: Write> Write for Summed<'_, T> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.to.write(bytes).inspect_err(|error| {
+        let written = if (self.given_up)() { Err(io::ErrorKind::TimedOut.into()) } else { self.to.write(bytes) };
+        let written = written.inspect_err(|error| {
             self.error = Some(error.raw_os_error().map_or_else(|| error.kind().into(), io::Error::from_raw_os_error));
         })?;
         self.sum.update(&bytes[..written]);
@@ -159,5 +169,34 @@ impl<T: Write> Write for Summed<T> {
 
     fn flush(&mut self) -> io::Result<()> {
         self.to.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    static KIND: Kind = Kind { magic: *b"PTXTEST!", version: 1, name: "test" };
+
+    #[test]
+    fn what_is_given_up_half_written_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        KIND.write(&path, &vec![1u8; 10]).unwrap();
+        let large = vec![2u8; 10 * BUFFER];
+        let give_up_after = |pieces: u32| {
+            let written = Cell::new(0);
+            KIND.write_unless(&path, &large, &|| written.replace(written.get() + 1) >= pieces)
+        };
+        for pieces in [0, 1, 3] {
+            let error = give_up_after(pieces).unwrap_err();
+            assert!(error.to_string().contains("timed out"), "{error}");
+            let old: Vec<u8> = KIND.open(&path).unwrap().take().unwrap();
+            assert_eq!(old, [1; 10]);
+            assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+        }
+        give_up_after(1000).unwrap();
+        assert!(KIND.open(&path).unwrap().take::<Vec<u8>>().unwrap() == large);
     }
 }

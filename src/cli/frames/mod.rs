@@ -11,11 +11,12 @@ pub(crate) use range::FrameRange;
 use super::names;
 use super::output::Outputs;
 use super::progress::say;
-use super::render::{Ready, Start, onlookers, trained, watched_by};
+use super::render::{CheckpointRequest, Ready, Start, onlookers, settings, trained, watched_by};
 use super::render_arguments::RenderArguments;
 use super::signals::Signals;
 use crate::guiding::settings::GuidingMethod;
 use crate::image::Exposure;
+use crate::render::checkpoint::CheckpointFile;
 use crate::render::guide_file::LoadedGuide;
 use crate::render::{GuideIo, Rendering};
 use crate::scene::description::CameraDescription;
@@ -25,15 +26,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Which frames, and what becomes of those that are there.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct FrameArguments {
     /// Renders frames of an animation: A..B (both too), A..B:STEP or one. The camera moves as its keys say ([[camera.key]]), or
     /// by --turntable. Names of files have #### or %04d for the number. [default with --turntable: 1..N]
-    #[arg(long, value_name = "A..B", conflicts_with_all = ["part", "checkpoint"])]
+    #[arg(long, value_name = "A..B", conflicts_with = "part")]
     pub(super) frames: Option<FrameRange>,
     /// Turns the camera around its target, once in N frames; frame 1 is the view itself.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000),
-          conflicts_with_all = ["part", "checkpoint"])]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with = "part")]
     pub(super) turntable: Option<u32>,
     /// Leaves out frames whose files are all there and whole. Without it, or --force, such files are an error.
     #[arg(long, conflicts_with = "force")]
@@ -56,6 +56,19 @@ struct Frame {
     camera: CameraDescription,
 }
 
+/// What a checkpoint of an animation keeps beside the frame under way.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub(super) struct FramesLeft {
+    pub(super) asked: FrameArguments,
+    /// Numbers of the frame under way and of those after it, and how many frames were to be rendered in all.
+    numbers: Vec<u32>,
+    all: usize,
+    /// As in [`Carried`].
+    salt: u64,
+    /// By which the frame is shown.
+    exposure: Exposure,
+}
+
 /// The files of a frame. The guide is written with the last.
 pub(super) fn outputs(arguments: &RenderArguments, number: u32, is_last: bool) -> Result<Outputs> {
     let range = arguments.animation.range()?;
@@ -65,16 +78,21 @@ pub(super) fn outputs(arguments: &RenderArguments, number: u32, is_last: bool) -
         None if alone || path.as_os_str() == "-" => Ok(path.clone()),
         None => bail!("{}: several frames need a name with #### or %04d for their numbers", path.display()),
     };
-    let pictures = match &arguments.output[..] {
-        [] => names::of_frame(&arguments.scene, number)?.to_vec(),
-        given => given.iter().map(named).collect::<Result<_>>()?,
-    };
+    let pictures = patterns(arguments)?.iter().map(named).collect::<Result<Vec<_>>>()?;
     let json = arguments.json.as_ref().map(named).transpose()?;
     let guide = arguments.guide_out.as_ref().filter(|_| is_last);
     Outputs::new(&pictures, json.as_ref(), guide, &arguments.scene, true)
 }
 
-/// Renders them one after the other, until the last or a signal.
+/// The names of their pictures, with the place of the number.
+pub(super) fn patterns(arguments: &RenderArguments) -> Result<Vec<PathBuf>> {
+    match &arguments.output[..] {
+        [] => Ok(names::of_frames(&arguments.scene)?.to_vec()),
+        given => Ok(given.to_vec()),
+    }
+}
+
+/// Renders them.
 pub(super) fn run(arguments: &RenderArguments, range: FrameRange) -> Result<ExitCode> {
     let numbers = to_render(arguments, range)?;
     if numbers.is_empty() {
@@ -84,25 +102,53 @@ pub(super) fn run(arguments: &RenderArguments, range: FrameRange) -> Result<Exit
         return Ok(ExitCode::SUCCESS);
     }
     let mut ready = Ready::new(arguments)?;
-    let frames = frames(arguments, &ready, &numbers)?;
-    let mut guide = Carried::new(arguments, &ready)?;
-    let signals = Signals::catch(arguments.quiet)?;
-    let (seed, mut code) = (ready.description.render.seed, ExitCode::SUCCESS);
     if arguments.animation.skip_existing {
         share_exposure(arguments, &mut ready, range.first())?;
     }
-    for (k, frame) in (1..).zip(&frames) {
-        let is_last = k == frames.len();
+    let guide = Carried::new(arguments, &ready)?;
+    let (asked, exposure) = (arguments.animation.clone(), ready.description.scene.film.exposure);
+    let left = FramesLeft { asked, all: numbers.len(), numbers, salt: guide.salt, exposure };
+    render(arguments, ready, guide, (left, None))
+}
+
+/// Goes on with the frame that a checkpoint is of, and renders those that are left.
+pub(super) fn resume(
+    arguments: &RenderArguments,
+    left: FramesLeft,
+    from: CheckpointFile<CheckpointRequest>,
+) -> Result<ExitCode> {
+    let mut ready = Ready::new(arguments)?;
+    ready.description.scene.film.exposure = left.exposure;
+    let guide = Carried::nothing(arguments, &ready, left.salt);
+    render(arguments, ready, guide, (left, Some(from)))
+}
+
+/// Renders what is left, one frame after the other, until the last or a signal; `from` where the first was left.
+fn render(
+    arguments: &RenderArguments,
+    mut ready: Ready,
+    mut guide: Carried,
+    (mut left, mut from): (FramesLeft, Option<CheckpointFile<CheckpointRequest>>),
+) -> Result<ExitCode> {
+    let frames = frames(arguments, &ready, &left.numbers)?;
+    let signals = Signals::catch(arguments.quiet)?;
+    let (seed, mut code, mut go_on) = (ready.description.render.seed, ExitCode::SUCCESS, None);
+    for (k, frame) in (left.all - frames.len() + 1..).zip(&frames) {
+        let is_last = k == left.all;
         ready.description.render.seed = seed.wrapping_add(frame.number.into());
         ready.scene.look_through(&frame.camera, &ready.description.scene.film)?;
-        ready.bar.begin_frame([frame.number as usize, k, frames.len()]);
-        let mut onlookers = onlookers(&ready)?;
-        let start = Start::New(Box::new(guide.io(is_last)));
+        ready.bar.begin_frame([frame.number as usize, k, left.all]);
+        left.exposure = ready.description.scene.film.exposure;
+        let start = match from.take() {
+            Some(file) => Start::From(Box::new(file.read(&ready.scene, &settings(&ready.description))?), false),
+            None => Start::New(Box::new(guide.io(is_last))),
+        };
+        let mut onlookers = onlookers(&ready, Some(&left))?;
         let rendering = watched_by(&ready.bar, &ready.scene, &ready.description, start, signals.stop(), &mut onlookers);
-        onlookers.finish();
+        go_on = onlookers.finish(signals.stop());
         ready.outputs = outputs(arguments, frame.number, is_last || signals.stop().is_asked())?;
         if !arguments.quiet {
-            say(&format!("frame {} ({k} of {}):", frame.number, frames.len()));
+            say(&format!("frame {} ({k} of {}):", frame.number, left.all));
         }
         code = worse(code, ready.present(&rendering, &signals)?);
         share_exposure(arguments, &mut ready, frame.number)?;
@@ -110,8 +156,10 @@ pub(super) fn run(arguments: &RenderArguments, range: FrameRange) -> Result<Exit
             break;
         }
         guide.take(rendering, &ready)?;
+        left.numbers.remove(0);
     }
     ready.end(&signals);
+    ready.say_how_to_go_on(go_on.as_deref());
     Ok(code)
 }
 
@@ -199,9 +247,14 @@ impl Carried {
     fn new(arguments: &RenderArguments, ready: &Ready) -> Result<Carried> {
         let path: Option<&Path> = arguments.guide_in.as_deref();
         let guide = trained(path, &ready.scene, &ready.description)?;
-        let is_auto = ready.description.guiding.method == GuidingMethod::Auto;
         let salt = guide.as_ref().map_or(0, |guide| guide.salt);
-        Ok(Carried { guide, salt, is_written: arguments.guide_out.is_some(), is_auto })
+        Ok(Carried { guide, ..Carried::nothing(arguments, ready, salt) })
+    }
+
+    /// Before a frame has left one.
+    fn nothing(arguments: &RenderArguments, ready: &Ready, salt: u64) -> Carried {
+        let is_auto = ready.description.guiding.method == GuidingMethod::Auto;
+        Carried { guide: None, salt, is_written: arguments.guide_out.is_some(), is_auto }
     }
 
     /// What the next frame begins with. It is learnt from to its end if the guide is of use after it; where it is not yet known whether

@@ -6,7 +6,7 @@ use std::str::FromStr;
 const LAST: u32 = 999_999;
 
 /// From the first to the last, both rendered if they are whole steps apart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct FrameRange {
     first: u32,
     last: u32,

@@ -219,7 +219,7 @@ impl PaperRun<'_> {
     }
 
     fn context<'s>(
-        &self,
+        &'s self,
         scene: &'s Scene,
         path: &Path,
         description: &SceneFile,
@@ -228,6 +228,7 @@ impl PaperRun<'_> {
         let film = &description.scene.film;
         Context {
             scene,
+            stop: self.signals.stop(),
             name: path.display().to_string(),
             seed: self.arguments.seed,
             interrupted: self.stopped(),

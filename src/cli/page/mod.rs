@@ -12,7 +12,7 @@ use crate::film::FilmSettings;
 use crate::format::SceneFile;
 use crate::image::ViewTransform;
 use crate::io::clock::WallClock;
-use crate::render::{Moment, Occasion, Onlooker};
+use crate::render::{Moment, Occasion, Onlooker, Stop};
 use anyhow::{Context as _, Result};
 use board::Board;
 use server::Server;
@@ -57,11 +57,12 @@ impl Page {
         PageOnlooker { board: self.board.clone(), film: film.clone(), packer: Beside::new("page", EVERY) }
     }
 
-    /// Tells open pages that the render has ended and how, and waits a little until they have the last picture.
-    pub(super) fn end(&self, how: &str) {
+    /// Tells open pages that the render has ended and how, and waits a little until they have the last picture; no more once `stop`
+    /// is urgent.
+    pub(super) fn end(&self, how: &str, stop: &Stop) {
         self.board.change(|shown| shown.ended = Some(how.to_owned()));
         let deadline = Instant::now() + FAREWELL;
-        while self.board.is_waited_for() && Instant::now() < deadline {
+        while self.board.is_waited_for() && Instant::now() < deadline && !stop.is_urgent() {
             std::thread::sleep(Duration::from_millis(20));
         }
     }
@@ -81,7 +82,7 @@ impl Onlooker for PageOnlooker {
 
     fn look(&mut self, moment: &Moment) {
         let clock = WallClock::start();
-        self.packer.settle();
+        self.settle(moment.stop());
         let (board, film, picture, figures) =
             (self.board.clone(), self.film.clone(), moment.picture(), moment.figures());
         self.packer.begin(clock, move || {
@@ -97,8 +98,9 @@ impl Onlooker for PageOnlooker {
     }
 }
 
-impl Drop for PageOnlooker {
-    fn drop(&mut self) {
-        self.packer.settle();
+impl PageOnlooker {
+    /// Waits for the newest picture, unless `stop` is urgent.
+    pub(super) fn settle(&mut self, stop: &Stop) {
+        self.packer.settle_unless(stop);
     }
 }

@@ -227,6 +227,22 @@ fn references_of_the_scenes_are_read() {
     }
 }
 
+/// The bytes of a small file.
+fn packed(packing: Packing) -> Vec<u8> {
+    pack(&Window::full(20, 20), layers(20, 20), &metadata(), packing).0.unwrap()
+}
+
+#[test]
+fn a_loosely_packed_file_holds_the_same() {
+    let (_folder, path) = place_for("loose.exr");
+    let [tight, loose] = [Packing::Tight, Packing::Loose].map(|packing| {
+        std::fs::write(&path, packed(packing)).unwrap();
+        read_layers(&path).unwrap()
+    });
+    assert!(tight.channels == loose.channels && tight.attributes == loose.attributes);
+    assert!(packed(Packing::Loose).len() > packed(Packing::Tight).len());
+}
+
 /// Puts other numbers into the attribute of that name and type.
 fn forge(file: &mut [u8], attribute: &str, numbers: &[i32]) {
     let head = [attribute.as_bytes(), &(4 * numbers.len() as i32).to_le_bytes()].concat();
@@ -239,7 +255,7 @@ fn forge(file: &mut [u8], attribute: &str, numbers: &[i32]) {
 #[test]
 fn sizes_that_a_file_cannot_hold_are_refused_before_memory_is_asked_for() {
     let (_folder, path) = place_for("claim.exr");
-    let mut bytes = encode(&Window::full(20, 20), layers(20, 20), &metadata()).unwrap();
+    let mut bytes = packed(Packing::Tight);
     forge(&mut bytes, "dataWindow\0box2i\0", &[0, 0, 7999, 7999]);
     forge(&mut bytes, "displayWindow\0box2i\0", &[0, 0, 7999, 7999]);
     forge(&mut bytes, "chunkCount\0int\0", &[7999 / 16 + 1]);
@@ -281,7 +297,7 @@ fn what_a_file_can_hold_at_most_is_never_less_than_what_writers_put_there() {
 /// Valid files of our own and of others, to be damaged.
 fn valid_files() -> Vec<Vec<u8>> {
     let (_folder, path) = place_for("valid.exr");
-    let mut files = vec![encode(&Window::full(20, 20), layers(20, 20), &metadata()).unwrap()];
+    let mut files = vec![packed(Packing::Tight)];
     for compression in [Compression::PIZ, Compression::PXR24, Compression::B44] {
         write_foreign(&path, compression);
         files.push(std::fs::read(&path).unwrap());

@@ -1,11 +1,13 @@
 //! Animations: a camera that moves, and one picture after the other.
 
+use super::resuming::{start, wait_for, wait_until_it_renders};
 use super::{TINY, folder, names, phototaxis, scene, stderr, stdout};
 use crate::common::welch;
 use phototaxis::image::exr::{Attribute, read_attributes, read_layers};
 use phototaxis::stats::{Summary, sidak};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Duration;
 
 /// Keys of the project's box: it is approached, and passed on a curve.
 const KEYS: [&str; 2] = [
@@ -91,8 +93,49 @@ fn what_no_animation_can_be_made_of_is_refused() {
         let said = render(here.path(), 1, arguments);
         assert!(said.contains(why), "{arguments:?}: {said}");
     }
-    render(here.path(), 2, &["--frames", "1..3", "--checkpoint", "a.checkpoint"]);
+    render(here.path(), 2, &["--frames", "1..3", "--part", "1/2", "--film-out", "a.film"]);
     assert!(names(here.path()).is_empty());
+}
+
+/// An animation that is killed again and again, and one that nobody disturbs.
+#[test]
+fn an_animation_goes_on_in_the_frame_where_it_was_killed() {
+    let here = folder();
+    let how = ["--spp", "1200", "--guide", "adaptive", "--exposure", "auto", "--frames", "1..5:2", KEYS[0], KEYS[1]];
+    render(here.path(), 0, &[&how[..], &["-o", "w#.exr", "-o", "w#.png", "-q"]].concat());
+    let scene = scene("cornell.toml").display().to_string();
+    let kept = ["-o", "a#.exr", "-o", "a#.png", "-q", "--checkpoint", "c", "--every", "10ms"];
+    let mut child = start(here.path(), &[&["render", &scene], &TINY[..], &how, &kept].concat());
+    wait_for(&here.path().join("c"));
+    for kill in 1..=8u32 {
+        wait_until_it_renders(&mut child);
+        std::thread::sleep(Duration::from_millis(u64::from(kill.wrapping_mul(0x9e37_79b9) >> 24)));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        child = start(here.path(), &["resume", "c", "-q"]);
+    }
+    assert!(child.wait().unwrap().success());
+    for frame in [1, 3, 5] {
+        let [own, whole] = ["a", "w"].map(|run| here.path().join(format!("{run}{frame}.exr")));
+        assert!(channels(&own) == channels(&whole), "frame {frame} is another");
+        let [own, whole] = [own, whole].map(|path| std::fs::read(path.with_extension("png")).unwrap());
+        assert!(own == whole, "frame {frame} is shown otherwise");
+    }
+
+    // of frames that are done nothing is made again
+    for name in ["a1.exr", "a1.png", "a3.exr", "a3.png"] {
+        std::fs::remove_file(here.path().join(name)).unwrap();
+    }
+    let resume = |code, more: &[&str]| {
+        let mut command = phototaxis(here.path());
+        stderr(command.args([&["resume", "c", "--progress", "none"], more].concat()).assert().code(code).get_output())
+    };
+    let said = resume(0, &[]);
+    assert!(said.contains("frame 5 (3 of 3):") && !said.contains("frame 3"), "{said}");
+    assert!(!names(here.path()).contains(&"a3.exr".to_string()));
+    assert!(resume(1, &["--spp", "2000"]).contains("an animation goes on with the budget that it had"));
+    let merge = phototaxis(here.path()).args(["merge", "c", "-o", "m.exr"]).assert().code(1).get_output().clone();
+    assert!(stderr(&merge).contains("this is of an animation"), "{}", stderr(&merge));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Renders that are left, by whatever ends a program, and go on from their checkpoints.
 
+use super::stopping::catches_signals;
 use super::{folder, names, phototaxis, program, scene, stderr, stdout};
 use phototaxis::image::exr::read_layers;
 use serde_json::Value;
@@ -10,7 +11,7 @@ use std::time::{Duration, Instant};
 /// A render of the door that takes some tenths of a second.
 const SHORT: [&str; 7] = ["--size", "32x18", "--spp", "400", "--guide", "adaptive", "-q"];
 
-fn start(here: &Path, arguments: &[&str]) -> Child {
+pub(super) fn start(here: &Path, arguments: &[&str]) -> Child {
     let mut command = Command::new(program());
     command.current_dir(here).args(arguments).stdin(Stdio::null()).stderr(Stdio::piped()).stdout(Stdio::null());
     command.spawn().unwrap()
@@ -21,7 +22,7 @@ fn begin<'a>(door: &'a str, more: &[&'a str]) -> Vec<&'a str> {
 }
 
 /// Waits until a render has written a checkpoint.
-fn wait_for(path: &Path) {
+pub(super) fn wait_for(path: &Path) {
     let begin = Instant::now();
     while !path.exists() {
         assert!(begin.elapsed() < Duration::from_secs(60), "there is no {}", path.display());
@@ -40,30 +41,53 @@ fn same(a: &Path, b: &Path) -> bool {
     a.channels == b.channels && scenes[0] == scenes[1]
 }
 
+/// Thirty kills at random moments, half of which come soon after the program was started, and half after it has begun to render. A
+/// render that is over before all have come begins anew.
 #[test]
-fn killed_again_and_again_a_render_ends_with_the_same_picture() {
+fn killed_thirty_times_a_render_ends_with_the_same_picture() {
     let here = folder();
     let (door, at) = (scene("door.toml"), here.path().join("c"));
     let door = door.to_str().unwrap();
     run(here.path(), &begin(door, &["-o", "whole.exr"]), 0);
     let first = begin(door, &["-o", "a.exr", "--checkpoint", "c", "--every", "5ms"]);
-    let mut child = start(here.path(), &first);
-    wait_for(&at);
-    // times that have nothing to do with each other: multiples of the golden ratio
-    for kill in 1..=10u32 {
-        std::thread::sleep(Duration::from_millis(u64::from(kill.wrapping_mul(0x9e37_79b9) >> 26)));
+    let picture = here.path().join("a.exr");
+    let anew = || {
+        let child = start(here.path(), &first);
+        wait_for(&at);
+        child
+    };
+    let mut child = anew();
+    for kill in 1..=30u32 {
+        if kill % 2 == 0 {
+            wait_until_it_renders(&mut child);
+        }
+        // times that have nothing to do with each other: multiples of the golden ratio
+        std::thread::sleep(Duration::from_millis(u64::from(kill.wrapping_mul(0x9e37_79b9) >> 27)));
         child.kill().unwrap();
         child.wait().unwrap();
-        if here.path().join("a.exr").exists() {
-            break;
-        }
-        child = start(here.path(), &["resume", "c", "-q"]);
+        child = match picture.exists() {
+            true => {
+                assert!(same(&picture, &here.path().join("whole.exr")), "after {kill} kills");
+                [&picture, &at].iter().for_each(|path| std::fs::remove_file(path).unwrap());
+                anew()
+            }
+            false => start(here.path(), &["resume", "c", "-q"]),
+        };
     }
     child.kill().unwrap();
     child.wait().unwrap();
     run(here.path(), &["resume", "c", "-q"], 0);
-    assert!(same(&here.path().join("a.exr"), &here.path().join("whole.exr")));
+    assert!(same(&picture, &here.path().join("whole.exr")));
     assert_eq!(names(here.path()), ["a.exr", "c", "whole.exr"], "what a killed run left is removed");
+}
+
+/// Waits until the program has loaded its scene, or has ended.
+pub(super) fn wait_until_it_renders(child: &mut Child) {
+    let begin = Instant::now();
+    while !catches_signals(child.id()) && child.try_wait().unwrap().is_none() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "the program does not begin");
+        std::thread::sleep(Duration::from_millis(1));
+    }
 }
 
 #[test]

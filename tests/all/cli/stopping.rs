@@ -100,6 +100,45 @@ fn a_large_picture_is_answered_for_in_the_middle_of_its_pass() {
     }
 }
 
+/// How long it takes is only printed, as it is a matter of the machine and what else that does; what is given up is tested where it
+/// is decided.
+#[test]
+fn a_second_signal_gives_up_the_checkpoint_under_way() {
+    let here = folder();
+    let arguments = ["-o", "a.exr", "-o", "a.png", "--checkpoint", "c", "--every", "1ms", "--progress", "none"];
+    let arguments = [scene("door.toml").to_str().unwrap(), "--size", "1280x720", "--time", "600"]
+        .iter()
+        .chain(&arguments)
+        .map(ToString::to_string)
+        .collect::<Vec<_>>();
+    let mut render = Running::start(here.path(), &arguments);
+    let start = Instant::now();
+    while !names(here.path()).iter().any(|name| name.ends_with(".tmp")) {
+        assert!(start.elapsed() < Duration::from_secs(100), "no checkpoint is begun");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    render.wait_until_it_catches_signals();
+    render.send("INT");
+    std::thread::sleep(Duration::from_millis(300));
+    let asked = Instant::now();
+    render.send("TERM");
+    assert_eq!(render.wait().code(), Some(130), "{}", render.said());
+    eprintln!(
+        "at 1280 × 720 with a checkpoint under way: {:.2} s after the second signal",
+        asked.elapsed().as_secs_f64()
+    );
+    assert!(asked.elapsed() < Duration::from_secs(30), "{:?}", asked.elapsed());
+    assert!(render.said().contains("SIGTERM: writing what there is"), "{}", render.said());
+    let left = names(here.path());
+    assert!(left == ["a.exr", "a.png"] || left == ["a.exr", "a.png", "c"], "{left:?}");
+    let picture = read_layers(&here.path().join("a.exr")).unwrap();
+    assert!(picture.channels["G"].iter().any(|&x| x > 0.0));
+    if left.len() == 3 {
+        let mut go_on = phototaxis(here.path());
+        go_on.args(["resume", "c", "--time", "1ms", "-q", "-o", "b.exr"]).assert().code(0);
+    }
+}
+
 /// Paths of up to 64 segments, none of which ends by chance.
 const DEEP: [&str; 6] = ["--set", "integrator.roulette=none", "--set", "integrator.max_depth=64", "--guide", "none"];
 
@@ -265,10 +304,10 @@ impl Running {
         Running { child: command.spawn().unwrap(), said: String::new() }
     }
 
-    /// Waits for a handler of SIGTERM (15), the last but one that it catches, as the kernel tells.
+    /// Waits until it catches signals.
     pub(super) fn wait_until_it_catches_signals(&self) {
         let start = Instant::now();
-        while signals(self.child.id(), "SigCgt:") >> (15 - 1) & 1 == 0 {
+        while !catches_signals(self.child.id()) {
             assert!(start.elapsed() < Duration::from_secs(60), "the program catches no signals");
             std::thread::sleep(Duration::from_millis(10));
         }
@@ -334,6 +373,11 @@ impl Drop for Running {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Whether there is a handler of SIGTERM (15), the last but one that the program catches, as the kernel tells.
+pub(super) fn catches_signals(process: u32) -> bool {
+    signals(process, "SigCgt:") >> (15 - 1) & 1 == 1
 }
 
 /// Bit n − 1: what a field of a process's status says of signal n.
