@@ -140,7 +140,8 @@ fn surfaces_of_one_material_are_evaluated_by_vector_instructions() {
             assert!(of_kind.peek().is_some(), "{kind} has no {loops}");
             for Function { name, arithmetic } in of_kind {
                 let Arithmetic { packed, scalar } = *arithmetic;
-                assert!(packed >= 10 && packed > 4 * scalar, "{packed} packed, {scalar} scalar in {name}");
+                // whole vectors of 512 bits, which some processors are compiled for, take one instruction for each component of a colour
+                assert!(packed >= 3 && packed > 4 * scalar, "{packed} packed, {scalar} scalar in {name}");
             }
         }
     }
