@@ -221,8 +221,10 @@ mod tests {
     /// What packs one pixel, or never ends.
     fn packer(packing: Packing, ends: bool) -> impl FnOnce() -> Packed + Send {
         move || {
-            while !ends && packing == Packing::Tight {
-                std::thread::park();
+            if !ends && packing == Packing::Tight {
+                loop {
+                    std::thread::park();
+                }
             }
             png::pack(&Image::new(1, 1), &ViewTransform::default(), &[], packing)
         }
