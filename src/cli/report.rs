@@ -311,7 +311,7 @@ fn reason(verdict: &Verdict) -> String {
     }
 }
 
-fn tried(Trial { variance_ratio, cost_ratio }: &Trial) -> String {
+fn tried(Trial { variance_ratio, cost_ratio, .. }: &Trial) -> String {
     format!(
         "guided samples varied {variance_ratio:.2} times as much as unguided ones and cost {cost_ratio:.2} times as much"
     )

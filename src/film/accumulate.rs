@@ -212,6 +212,12 @@ impl Film {
         self.group.since(before).sample_variances(self.width as usize)
     }
 
+    /// As [`Self::sample_spreads`], of the newest iteration alone.
+    pub(crate) fn newest_spreads(&self) -> Option<Vec<f64>> {
+        let Some(before) = &self.before else { return self.sample_spreads() };
+        self.group.since(before).sample_spreads()
+    }
+
     /// Variance of the luminance of the current group's mean times its samples, pixel by pixel; `None` where there are fewer
     /// than two. Where samples are independent it is the variance of one.
     pub(crate) fn sample_variances(&self) -> Option<Vec<f64>> {

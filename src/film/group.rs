@@ -138,9 +138,13 @@ impl IterationGroup {
     }
 
     /// Variance of the luminance of one sample, pixel by pixel; `None` where there are fewer than two. Samples that are spread
-    /// evenly have a mean that varies less than this says.
+    /// evenly have a mean that varies less than this says. Red, green and blue are taken to vary together, as they do in
+    /// light of one colour; where they do not it is too much, never too little.
     pub(crate) fn sample_spreads(&self) -> Option<Vec<f64>> {
-        let variance = |i: usize| luminance(self.moments(i).1) as f64 * self.count(i) as f64;
+        let variance = |i: usize| {
+            let deviation = wide_luminance(self.moments(i).1.as_dvec3().map(f64::sqrt));
+            deviation * deviation * self.count(i) as f64
+        };
         (self.samples >= 2).then(|| (0..self.sum.len()).into_par_iter().map(variance).collect())
     }
 

@@ -16,7 +16,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-static KIND: Kind = Kind { magic: *b"PTXCHECK", version: 4, name: "checkpoint" };
+static KIND: Kind = Kind { magic: *b"PTXCHECK", version: 5, name: "checkpoint" };
 
 /// What a file is of. `R` says how the render was asked for.
 #[derive(Serialize, Deserialize)]

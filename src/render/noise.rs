@@ -17,6 +17,8 @@ pub struct Noise {
     pub squares: Vec<f64>,
     /// Per pixel, the variance of one sample relative to it.
     pub relative: Vec<f64>,
+    /// Mean luminance of the picture.
+    pub mean: f64,
     /// Samples per pixel that the picture holds.
     pub samples: u32,
 }
@@ -45,7 +47,7 @@ impl Noise {
         let expected = mean_of_alike(&light, &own, mean, estimate.width as usize);
         let squares: Vec<f64> = expected.iter().map(|l| l * l + (FLOOR * mean).powi(2)).collect();
         let relative = variances.iter().zip(&squares).map(|(v, square)| v / square).collect();
-        let noise = Noise { squares, relative, samples: estimate.samples };
+        let noise = Noise { squares, relative, mean, samples: estimate.samples };
         (noise.variance(OUTLIERS) > 0.0).then_some(noise)
     }
 

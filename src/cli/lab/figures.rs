@@ -68,6 +68,12 @@ pub(crate) struct FiguresArguments {
     /// Seconds of the long render beside them. [default: 600; quick: 1]
     #[arg(long, value_name = "SECONDS")]
     long_time: Option<f64>,
+    /// Samples per pixel of the pictures of the paper; their references have four times as many. [default: 1024; quick: 8]
+    #[arg(long, value_name = "N")]
+    paper_spp: Option<u32>,
+    /// Runs of each benchmark, in turns. [default: 7; quick: 1]
+    #[arg(long, value_name = "N")]
+    turns: Option<u32>,
     /// Methods of the results. [default: none, auto, adaptive, grid, voronoi, sdtree, paper, paper-full]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     methods: Vec<String>,
@@ -113,6 +119,8 @@ impl Budgets {
             width: a.width.unwrap_or(defaults.width),
             crop_time: a.crop_time.unwrap_or(defaults.crop_time),
             long_time: a.long_time.unwrap_or(defaults.long_time),
+            paper_spp: a.paper_spp.unwrap_or(defaults.paper_spp),
+            turns: a.turns.unwrap_or(defaults.turns),
             ..defaults
         }
     }

@@ -2,12 +2,13 @@
 //!
 //! A [pilot](pilot) of unguided samples comes first. If too little of its noise is bounced light for any guide to pay, or the
 //! budget is too short to learn in, the rest is rendered without a guide. Else the guide learns, first from one unguided
-//! sample. Each of its later iterations is a trial, compared with the pilot by the figure of merit of a Monte Carlo
-//! estimator, 1/(variance · cost). Gains and losses are counted in unguided samples per pixel. While the guide does not
+//! sample. Each of its later iterations is a trial, compared with the pilot by variance and cost of a sample, and by how
+//! evenly samples are [spread](evenness). Gains and losses are counted in unguided samples per pixel. While the guide does not
 //! win yet, what it has lost and would lose in the next iteration is held against the share of the budget that learning may
 //! cost. Where it is more, the render goes on without the guide.
 
 mod cost;
+mod evenness;
 mod judged;
 mod pilot;
 mod verdict;
@@ -19,7 +20,7 @@ use super::super::schedule::{LONGEST_ITERATION, doubled, is_last_iteration};
 use super::super::{IterationReport, training};
 use super::{Budget, FIRST_WITH_A_GUIDE, GuidePolicy, History, Iteration, Mode, Plan};
 use cost::{CostMeter, PathCost};
-use judged::Comparison;
+use judged::{Comparison, Varying};
 use pilot::{Baseline, Pilot, first_samples, more_samples};
 
 /// Samples per pixel from which the guide learns first: as few as with any other policy.
@@ -82,22 +83,22 @@ impl GuidePolicy for Auto {
             self.end_pilot(noise, iteration.bounced, budget);
             let trains = self.uses_guide() && self.trains();
             if let Some(baseline) = self.baseline.as_mut().filter(|_| trains) {
-                baseline.variances = iteration.film.newest_variances().unwrap_or_default();
+                baseline.spreads = iteration.film.newest_spreads().unwrap_or_default();
             }
             return;
         }
-        // not those of earlier iterations, with which the film may weigh a short one
-        let Some(variances) = iteration.film.newest_variances().filter(|_| iteration.mode == Mode::Guided) else {
+        if iteration.mode != Mode::Guided {
             return;
-        };
+        }
+        let Some(newest) = Varying::newest(iteration.film, iteration.samples) else { return };
         if !self.has_learnt && !iteration.training.is_empty() {
             self.end_training(iteration.training);
         }
         let cost = self.meter.of_path(iteration.counters, iteration.learning);
         if self.has_learnt {
-            self.judge(noise, &variances, iteration.samples, cost);
+            self.judge(noise, &newest, cost);
         } else {
-            self.first_lesson(variances, iteration.all_samples, iteration.samples, cost);
+            self.first_lesson(newest, iteration.all_samples, cost);
         }
     }
 
@@ -172,30 +173,31 @@ impl Auto {
     }
 
     /// Takes the iteration from which the guide has learnt first. It was drawn without a guide and adds to the baseline:
-    /// `variances` are those of one of all `unguided` samples per pixel.
-    fn first_lesson(&mut self, variances: Vec<f64>, unguided: u32, samples: u32, cost: PathCost) {
+    /// `spreads` are those of all `unguided` samples per pixel.
+    fn first_lesson(&mut self, Varying { spreads, samples, .. }: Varying, unguided: u32, cost: PathCost) {
         let Some(baseline) = self.baseline.as_mut() else { return };
-        (baseline.variances, baseline.samples) = (variances, unguided);
+        (baseline.spreads, baseline.samples) = (spreads, unguided);
         let samples = samples as f64;
         self.has_learnt = true;
         self.spent += samples * cost.whole / baseline.cost;
         self.lost += samples * (cost.whole / baseline.cost - 1.0);
     }
 
-    /// Judges a trial: `samples` guided samples per pixel after [`Self::first_lesson`], with the `variances` of one.
-    fn judge(&mut self, noise: &Noise, variances: &[f64], samples: u32, cost: PathCost) {
+    /// Judges a trial: `guided` samples after [`Self::first_lesson`].
+    fn judge(&mut self, noise: &Noise, guided: &Varying, cost: PathCost) {
         let Some(baseline) = &self.baseline else { return };
-        let samples = samples as f64;
-        let found = Comparison::new(noise, baseline, variances);
+        let samples = guided.samples as f64;
+        let found = Comparison::new(noise, baseline, guided);
         let cost = PathCost { tracing: cost.tracing / baseline.cost, whole: cost.whole / baseline.cost };
         self.spent += samples * cost.whole;
         if !(found.guided > 0.0 && found.unguided > 0.0) {
             // all that varies are outliers, if light was found at all: that says nothing of the guide
             return;
         }
-        let trial = Trial { variance_ratio: found.guided / found.unguided, cost_ratio: cost.tracing };
+        let (variance_ratio, evenness) = (found.guided / found.unguided, found.evenness);
+        let trial = Trial { variance_ratio, cost_ratio: cost.tracing, evenness };
         self.variance = found.unguided;
-        self.lost += samples * (cost.whole - 1.0 / trial.variance_ratio);
+        self.lost += samples * (cost.whole - trial.worth());
         let is_first = self.trial.replace(trial).is_none();
         // Light that few paths find makes the variance of few samples uncertain. The judgement takes the optimistic end.
         let variance_ratio = trial.variance_ratio / (1.0 + STANDARD_ERRORS * found.relative_error);
@@ -213,7 +215,7 @@ impl Auto {
         let left = (self.budget - self.spent).max(0.0);
         let all = left / trial.cost_ratio;
         let (drawn, cost) = if is_last_iteration(samples, all) { (all, left) } else { (samples, samples * whole) };
-        cost - drawn / trial.variance_ratio
+        cost - drawn * trial.worth()
     }
 }
 

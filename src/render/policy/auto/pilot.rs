@@ -31,8 +31,8 @@ const PILOT_SAMPLES: (u64, u64) = (2, 16);
 /// What was seen without a guide.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Baseline {
-    /// Variance of the luminance of one sample, pixel by pixel; empty until the guide has learnt.
-    pub variances: Vec<f64>,
+    /// Variance of the luminance of one sample by itself, pixel by pixel; empty until the guide has learnt.
+    pub spreads: Vec<f64>,
     /// Samples per pixel behind it.
     pub samples: u32,
     /// Of tracing one camera path.
@@ -82,7 +82,7 @@ impl Pilot {
         let bounced = relative_variance(noise, &bounced);
         let variance = relative_variance(noise, &noise.variances());
         let bounced_share = if variance > 0.0 { bounced / variance } else { 0.0 };
-        Baseline { variances: Vec::new(), samples: noise.samples, cost: self.cost(), variance, bounced, bounced_share }
+        Baseline { spreads: Vec::new(), samples: noise.samples, cost: self.cost(), variance, bounced, bounced_share }
     }
 }
 

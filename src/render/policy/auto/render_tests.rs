@@ -86,3 +86,15 @@ fn a_door_ajar_is_worth_a_guide_where_there_is_time_to_learn() {
     let gain = long.trial.expect("it was tried").gain();
     assert!(long.guided && long.lost < 0.0 && gain > 1.5, "{long:?}");
 }
+
+#[test]
+fn evenness_is_that_of_the_sampler() {
+    let evenness = |sampler: &str| {
+        let set = ["film.width=64", "film.height=64", "render.spp=400", sampler];
+        let (scene, settings) = own("cornell.toml", &set);
+        let verdict = rendered(&scene, &settings, GuidingMethod::Auto).verdict.expect("it was measured");
+        verdict.trial.expect("it was tried").evenness
+    };
+    let (even, independent) = (evenness("render.sampler=sobol"), evenness("render.sampler=independent"));
+    assert!(even > 0.1 && independent < 0.02, "{even} and {independent}");
+}

@@ -9,7 +9,7 @@ const PIXELS: u64 = 40_000;
 
 /// A grey picture of sixteen samples a pixel, whose samples have the given variance.
 fn noise(variance: f64) -> Noise {
-    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], samples: 16 }
+    Noise { squares: vec![1.0; PIXELS as usize], relative: vec![variance; PIXELS as usize], mean: 0.0, samples: 16 }
 }
 
 /// A million paths of so many rays and seconds of processor time each.
@@ -43,6 +43,16 @@ fn plan(auto: &Auto) -> Plan {
     auto.next_iteration(&History { samples: 16, planned: Some(4) })
 }
 
+/// So many independent samples of these variances.
+fn independent(spreads: Vec<f64>, samples: u32) -> Varying {
+    Varying { variances: spreads.clone(), spreads, samples }
+}
+
+/// The same of one variance everywhere.
+fn alike(variance: f64, samples: u32) -> Varying {
+    independent(vec![variance; PIXELS as usize], samples)
+}
+
 /// What a path of so much work costs.
 fn cost(auto: &Auto, counters: &Counters) -> PathCost {
     auto.meter.of_path(counters, CpuTime::default())
@@ -52,11 +62,11 @@ fn cost(auto: &Auto, counters: &Counters) -> PathCost {
 fn tried(budget: f64, trials: &[(f64, u64)]) -> Auto {
     let mut auto = begun(10.0, budget);
     assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: 1, continues: true, trains: false });
-    auto.first_lesson(vec![20.0; PIXELS as usize], 17, 1, cost(&auto, &counters(5)));
+    auto.first_lesson(alike(20.0, 1), 17, cost(&auto, &counters(5)));
     assert_eq!(plan(&auto), Plan { mode: Mode::Guided, samples: 8, continues: false, trains: false });
     for (k, &(variance, rays)) in trials.iter().enumerate() {
         if auto.uses_guide() {
-            auto.judge(&noise(20.0), &vec![variance; PIXELS as usize], 2 << k, cost(&auto, &counters(rays)));
+            auto.judge(&noise(20.0), &alike(variance, 2 << k), cost(&auto, &counters(rays)));
         }
     }
     auto
@@ -157,9 +167,9 @@ fn a_guide_has_the_benefit_of_the_doubt_where_few_pixels_say_how_samples_vary() 
         let bright = 20.0 * kept / (PIXELS as f64 / every as f64 - (PIXELS as f64 - kept));
         let unguided = (0..PIXELS as usize).map(|i| if i % every == 0 { bright } else { 0.0 }).collect();
         let mut auto = begun(10.0, 60.0);
-        auto.first_lesson(unguided, 1, 2, cost(&auto, &counters(5)));
+        auto.first_lesson(independent(unguided, 2), 1, cost(&auto, &counters(5)));
         for samples in [2, 4] {
-            auto.judge(&noise(20.0), &vec![13.0; PIXELS as usize], samples, cost(&auto, &counters(10)));
+            auto.judge(&noise(20.0), &alike(13.0, samples), cost(&auto, &counters(10)));
         }
         auto.uses_guide()
     };
@@ -172,8 +182,8 @@ fn a_few_pixels_have_no_say() {
     let gain = |every: usize| {
         let mut auto = begun(10.0, 1e4);
         let guided = (0..PIXELS as usize).map(|i| if i % every == 0 { 1e9 } else { 20.0 }).collect::<Vec<_>>();
-        auto.first_lesson(vec![20.0; PIXELS as usize], 17, 1, cost(&auto, &counters(5)));
-        auto.judge(&noise(20.0), &guided, 2, cost(&auto, &counters(5)));
+        auto.first_lesson(alike(20.0, 1), 17, cost(&auto, &counters(5)));
+        auto.judge(&noise(20.0), &independent(guided, 2), cost(&auto, &counters(5)));
         auto.verdict().and_then(|verdict| verdict.trial).expect("it was tried").gain()
     };
     assert!((gain(1000) - 1.0).abs() < 1e-9 && gain(500) < 1e-3, "{} and {}", gain(1000), gain(500));
@@ -186,8 +196,8 @@ fn cost_is_counted_or_processor_time_without_that_of_recording() {
         // the first of several passes only warms caches
         auto.pilot.add_passes(auto.meter, &[counters(9), counters(2)]);
         auto.end_pilot(&noise(20.0), &vec![[12.0, 144.0]; PIXELS as usize], 1e3);
-        auto.first_lesson(vec![20.0; PIXELS as usize], 5, 2, cost(&auto, &counters(2)));
-        auto.judge(&noise(20.0), &vec![20.0; PIXELS as usize], 4, cost(&auto, guided));
+        auto.first_lesson(alike(20.0, 2), 5, cost(&auto, &counters(2)));
+        auto.judge(&noise(20.0), &alike(20.0, 4), cost(&auto, guided));
         let verdict = auto.verdict().expect("it was tried");
         (verdict.trial.expect("it was tried").cost_ratio, verdict.lost)
     };
@@ -206,4 +216,23 @@ fn cost_is_counted_or_processor_time_without_that_of_recording() {
     assert!((lost - 4.0 * (counted + TRANSITION_COST / 2.0 - 1.0)).abs() < 1e-9, "learning is part of the loss");
     let (clocked, lost) = judged(true, &guided);
     assert!((clocked - 1.0).abs() < 1e-12 && (lost - 2.0).abs() < 1e-9, "{clocked}, {lost}");
+}
+
+#[test]
+fn fewer_samples_that_are_spread_evenly_are_worth_less() {
+    // a third of the variance at twice the cost: 1.5 times the samples where they are independent
+    let gain = |evenness: f64| {
+        let samples = 16;
+        let mut auto = begun(10.0, 1e4);
+        auto.first_lesson(alike(20.0, 1), 17, cost(&auto, &counters(5)));
+        let told = ((1.0 + evenness).exp2() - 1.0) * f64::from(samples).powf(-evenness);
+        let variances = vec![20.0 / 3.0 * told; PIXELS as usize];
+        let guided = Varying { variances, ..alike(20.0 / 3.0, samples) };
+        auto.judge(&noise(20.0), &guided, cost(&auto, &counters(10)));
+        auto.verdict().and_then(|verdict| verdict.trial).expect("it was tried").gain()
+    };
+    assert!((gain(0.0) - 1.5).abs() < 1e-6);
+    // n unguided and n/2 guided samples have means of the same variance, 3 · 2^−(1 + e) = 1, where e = log₂ 3 − 1
+    assert!((gain(3f64.log2() - 1.0) - 1.0).abs() < 1e-6);
+    assert!(gain(0.9) < 1.0);
 }

@@ -39,11 +39,18 @@ pub struct Trial {
     pub variance_ratio: f64,
     /// The same of the cost of tracing it. Learning is left out: the last and longest iteration does not learn.
     pub cost_ratio: f64,
+    /// The variance of the mean of n samples falls with n^−(1 + evenness).
+    pub evenness: f64,
 }
 
 impl Trial {
-    /// Efficiency of rendering with the guide over that without.
+    /// How many unguided samples have a mean that varies as one guided sample does, where both are of many.
+    pub fn worth(&self) -> f64 {
+        self.variance_ratio.powf(-1.0 / (1.0 + self.evenness))
+    }
+
+    /// The same for what the guided one costs: how many times the samples the guide is worth.
     pub fn gain(&self) -> f64 {
-        1.0 / (self.variance_ratio * self.cost_ratio)
+        self.worth() / self.cost_ratio
     }
 }
