@@ -8,11 +8,11 @@ use crate::math::{Rgb, luminance};
 use crate::scene::Scene;
 use std::path::Path;
 
-/// A scene of the project with few pixels.
-fn small(name: &str, height: u32, set: &[&str]) -> (Scene, Settings) {
-    let own = ["film.width=32".to_string(), format!("film.height={height}"), "render.spp=100000".to_string()];
-    let set: Vec<String> = own.into_iter().chain(set.iter().map(ToString::to_string)).collect();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+/// A Cornell box of few pixels.
+fn small(set: &[&str]) -> (Scene, Settings) {
+    let own = ["film.width=32", "film.height=32", "render.spp=100000"];
+    let set: Vec<String> = own.iter().chain(set).map(ToString::to_string).collect();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml");
     let (description, _) = format::load(&path, &set).unwrap();
     let (scene, _) = description.load_scene(1).unwrap();
     let (integrator, guiding, render) = (description.integrator, description.guiding, description.render);
@@ -50,11 +50,11 @@ fn ended_by(scene: &Scene, settings: &Settings, noise: f64, seed: u64) -> (Rende
 }
 
 /// The picture without noise, but for a little.
-fn truth(name: &str, height: u32, samples: u32) -> Vec<Rgb> {
+fn truth() -> Vec<Rgb> {
     const PICTURES: u64 = 4;
-    let (scene, mut settings) = small(name, height, &["guiding.method=adaptive"]);
-    settings.render.spp = samples;
-    let mut sum = vec![Rgb::ZERO; 32 * height as usize];
+    let (scene, mut settings) = small(&["guiding.method=adaptive"]);
+    settings.render.spp = 2048;
+    let mut sum = vec![Rgb::ZERO; 32 * 32];
     for k in 0..PICTURES {
         settings.render.seed = 999 + k;
         let one = render(&scene, &settings, &mut |_| true).estimate.mean;
@@ -91,14 +91,14 @@ fn ratios((scene, settings): (&Scene, &Settings), truth: &[Rgb], noise: f64) -> 
 fn the_true_error_is_what_is_said() {
     const HONEST: std::ops::Range<f64> = 0.7..1.05;
     let (mut wrong, mut seen, mut cases) = (Vec::new(), 0, 0);
-    let truth = truth("cornell.toml", 32, 2048);
+    let truth = truth();
     for set in [
         &["guiding.method=none"][..],
         &["guiding.method=none", "render.sampler=independent"],
         &["guiding.method=adaptive"],
         &["guiding.method=sdtree"],
     ] {
-        let (scene, settings) = small("cornell.toml", 32, set);
+        let (scene, settings) = small(set);
         let both = [0.16, 0.08].map(|noise| ratios((&scene, &settings), &truth, noise));
         for ([own, optimistic], samples) in both {
             let found = format!("{set:?}: {own:.3} times what is said, {optimistic:.3} if too many are left out");
@@ -118,7 +118,7 @@ fn the_true_error_is_what_is_said() {
 
 #[test]
 fn it_ends_by_samples_where_those_are_used_first_and_always_in_the_same_way() {
-    let (scene, mut settings) = small("cornell.toml", 32, &["guiding.method=adaptive"]);
+    let (scene, mut settings) = small(&["guiding.method=adaptive"]);
     let [(a, _), (b, _)] = [(); 2].map(|()| ended_by(&scene, &settings, 0.15, 3));
     assert!(a.samples == b.samples && a.estimate.mean == b.estimate.mean);
     settings.render.spp = 20;
