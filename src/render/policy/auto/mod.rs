@@ -197,7 +197,7 @@ impl Auto {
         let (variance_ratio, evenness) = (found.guided / found.unguided, found.evenness);
         let trial = Trial { variance_ratio, cost_ratio: cost.tracing, evenness };
         self.variance = found.unguided;
-        self.lost += samples * (cost.whole - trial.worth());
+        self.lost += samples * cost.whole - trial.worth(samples, self.budget);
         let is_first = self.trial.replace(trial).is_none();
         // Light that few paths find makes the variance of few samples uncertain. The judgement takes the optimistic end.
         let variance_ratio = trial.variance_ratio / (1.0 + STANDARD_ERRORS * found.relative_error);
@@ -214,8 +214,13 @@ impl Auto {
     fn next_loss(&self, trial: &Trial, samples: f64, whole: f64) -> f64 {
         let left = (self.budget - self.spent).max(0.0);
         let all = left / trial.cost_ratio;
-        let (drawn, cost) = if is_last_iteration(samples, all) { (all, left) } else { (samples, samples * whole) };
-        cost - drawn * trial.worth()
+        if is_last_iteration(samples, all) {
+            // without the guide it is a group of its own too
+            let unguided = left * (left / self.budget).powf(trial.evenness);
+            unguided - trial.worth(all, self.budget)
+        } else {
+            samples * whole - trial.worth(samples, self.budget)
+        }
     }
 }
 

@@ -44,13 +44,15 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// How many unguided samples have a mean that varies as one guided sample does, where both are of many.
-    pub fn worth(&self) -> f64 {
-        self.variance_ratio.powf(-1.0 / (1.0 + self.evenness))
+    /// How many times the samples the guide is worth: how many unguided ones have a mean that varies as that of the guided ones does
+    /// which cost as much as one.
+    pub fn gain(&self) -> f64 {
+        self.variance_ratio.powf(-1.0 / (1.0 + self.evenness)) / self.cost_ratio
     }
 
-    /// The same for what the guided one costs: how many times the samples the guide is worth.
-    pub fn gain(&self) -> f64 {
-        self.worth() / self.cost_ratio
+    /// What a group of so many guided samples brings to a picture that could have as many unguided ones as `budget`: the number of these,
+    /// if each brings the same, that have so precise a mean. A small group is less even than they are all together.
+    pub fn worth(&self, samples: f64, budget: f64) -> f64 {
+        samples / self.variance_ratio * (samples / budget).powf(self.evenness)
     }
 }
