@@ -342,3 +342,21 @@ fn attributes_of_meshes_are_found_or_missed_with_their_place() {
         assert!(message.contains(wanted), "{message}: not {wanted}");
     }
 }
+
+#[test]
+fn of_two_roughnesses_the_mean_is_taken_and_said() {
+    let folder = companions();
+    for (alphas, alpha, said) in [((0.1, 0.4), 0.25, true), ((0.3, 0.3), 0.3, false)] {
+        let (u, v) = alphas;
+        let text = format!(
+            "<scene version=\"3.0.0\"><shape type=\"sphere\">\n<bsdf type=\"roughconductor\"><float name=\"alpha_u\" value=\"{u}\"/>\
+             <float name=\"alpha_v\" value=\"{v}\"/></bsdf></shape></scene>"
+        );
+        let (file, warnings) = read(folder.path(), &text).unwrap();
+        let BsdfDescription::Conductor(metal) = &file.scene.materials.values().next().unwrap().bsdf else { panic!() };
+        assert_eq!(metal.alpha, alpha);
+        let message = "scene.xml:2: α of 0.1 along u and of 0.4 along v has no counterpart: the mean, 0.25, is taken";
+        let expected = if said { vec![message] } else { vec![] };
+        assert!(warnings.len() == expected.len() && warnings.iter().all(|w| w.ends_with(message)), "{warnings:?}");
+    }
+}
