@@ -170,20 +170,23 @@ const THINGS: &[(&str, &str)] = &[
     ),
     (
         "face_color",
-        r#"<shape type="ply"><string name="filename" value="painted.ply"/><transform name="to_world">
+        r#"<shape type="ply"><string name="filename" value="painted.ply"/><boolean name="face_normals" value="true"/>
+<transform name="to_world">
 <translate y="1.2"/></transform><bsdf type="twosided"><bsdf type="diffuse">
 <texture type="mesh_attribute" name="reflectance"><string name="name" value="face_color"/><float name="scale" value="0.8"/>
 </texture></bsdf></bsdf></shape>"#,
     ),
     (
         "face_attribute",
-        r#"<shape type="ply"><string name="filename" value="painted.ply"/><transform name="to_world">
+        r#"<shape type="ply"><string name="filename" value="painted.ply"/><boolean name="face_normals" value="true"/>
+<transform name="to_world">
 <translate y="1.2"/></transform><bsdf type="principled"><texture type="mesh_attribute" name="base_color">
 <string name="name" value="face_tone_color"/></texture></bsdf></shape>"#,
     ),
     (
         "vertex_attribute",
-        r#"<shape type="ply"><string name="filename" value="painted.ply"/><transform name="to_world">
+        r#"<shape type="ply"><string name="filename" value="painted.ply"/><boolean name="face_normals" value="true"/>
+<transform name="to_world">
 <translate y="1.2"/></transform><bsdf type="twosided"><bsdf type="diffuse">
 <texture type="mesh_attribute" name="reflectance"><string name="name" value="vertex_heat"/></texture></bsdf></bsdf></shape>"#,
     ),
