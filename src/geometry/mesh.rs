@@ -14,10 +14,18 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     pub normals: Option<Attribute<[f32; 3]>>,
     pub uvs: Option<Attribute<[f32; 2]>>,
-    /// Of the positions, linear, each channel in [0, 1].
-    pub colors: Option<Vec<[f32; 3]>>,
+    pub colors: Option<MeshColors>,
     /// Per triangle, an index into the scene's materials.
     pub materials: Vec<u32>,
+}
+
+/// Colours, linear, each channel in [0, 1].
+#[derive(Clone, Debug, PartialEq)]
+pub enum MeshColors {
+    /// One per position, and between them in between.
+    OfVertices(Vec<[f32; 3]>),
+    /// One per triangle, which is all of that colour.
+    OfFaces(Vec<[f32; 3]>),
 }
 
 /// A vertex attribute.
@@ -51,7 +59,7 @@ impl Mesh {
     pub(crate) fn bytes(&self) -> usize {
         let normals = self.normals.as_ref().map_or(0, Attribute::bytes);
         let uvs = self.uvs.as_ref().map_or(0, Attribute::bytes);
-        let colors = self.colors.as_ref().map_or(0, of);
+        let colors = self.colors.as_ref().map_or(0, MeshColors::bytes);
         of(&self.positions) + of(&self.triangles) + of(&self.materials) + normals + uvs + colors
     }
 
@@ -75,9 +83,28 @@ impl Mesh {
     /// The colour of a triangle at the barycentric weights `u`, `v` of its second and third corner; white where the mesh has none.
     #[inline(never)]
     pub(crate) fn color(&self, triangle: usize, u: f32, v: f32) -> Rgb {
-        let Some(colors) = &self.colors else { return Rgb::ONE };
+        let colors = match &self.colors {
+            None => return Rgb::ONE,
+            Some(MeshColors::OfFaces(colors)) => return Rgb::from(colors[triangle]),
+            Some(MeshColors::OfVertices(colors)) => colors,
+        };
         let [a, b, c] = self.triangles[triangle].map(|i| Rgb::from(colors[i as usize]));
         a * (1.0 - u - v) + b * u + c * v
+    }
+}
+
+impl MeshColors {
+    /// As they are held.
+    pub(crate) fn values(&self) -> &[[f32; 3]] {
+        match self {
+            MeshColors::OfVertices(values) | MeshColors::OfFaces(values) => values,
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            MeshColors::OfVertices(values) | MeshColors::OfFaces(values) => of(values),
+        }
     }
 }
 

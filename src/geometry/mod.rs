@@ -8,7 +8,7 @@ pub(crate) mod rounding;
 pub(crate) mod surfaces;
 
 pub use interaction::SurfaceInteraction;
-pub use mesh::{Attribute, Indices, Mesh};
+pub use mesh::{Attribute, Indices, Mesh, MeshColors};
 pub(crate) use placement::Placement;
 pub use ray::{Hit, HitRows, NOTHING, Ray, RayRows};
 pub(crate) use surfaces::Surfaces;

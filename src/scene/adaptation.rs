@@ -1,7 +1,7 @@
 //! Meshes of files, with what a scene of another format means by them.
 
 use super::model::{Model, reader};
-use super::serialized;
+use super::{ply, serialized};
 use crate::Result;
 use crate::geometry::Mesh;
 use crate::geometry::mesh::{ABSENT, Attribute, Indices};
@@ -21,7 +21,7 @@ pub(crate) enum NormalsChange {
 }
 
 /// How a mesh differs from what is in its file.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Adaptation {
     /// Of a file of Mitsuba's `serialized` form, which mesh it is; of other files it means nothing.
     pub(crate) part: Option<usize>,
@@ -34,6 +34,8 @@ pub(crate) struct Adaptation {
     pub(crate) by_normals: bool,
     /// Texture coordinates are counted from above: v is 1 − v.
     pub(crate) flip_v: bool,
+    /// Of a PLY file, the attribute that its colours are, as Mitsuba calls it; where nothing is said they are any that there are.
+    pub(crate) colors: Option<String>,
 }
 
 impl Adaptation {
@@ -41,17 +43,18 @@ impl Adaptation {
     ///
     /// # Errors
     /// Those of its reader.
-    pub(super) fn load(self, path: &Path) -> Result<Model> {
-        let mut model = match self.part {
-            Some(part) => serialized::load(path, part)?,
-            None => reader(path)?(path)?,
+    pub(super) fn load(&self, path: &Path) -> Result<Model> {
+        let mut model = match (self.part, &self.colors) {
+            (Some(part), _) => serialized::load(path, part)?,
+            (None, Some(attribute)) => ply::load_with(path, attribute)?,
+            (None, None) => reader(path)?(path)?,
         };
         self.apply(&mut model.mesh);
         Ok(model)
     }
 
     /// Changes a mesh.
-    pub(crate) fn apply(self, mesh: &mut Mesh) {
+    pub(crate) fn apply(&self, mesh: &mut Mesh) {
         // before there are any that are made of the winding
         match &mesh.normals {
             Some(normals) if self.by_normals => {
@@ -193,11 +196,11 @@ mod tests {
             (0..mesh.triangles.len()).map(up).collect()
         };
         let (lit, dull) = ("f 1/1/1 2/2/1 3/3/1\nf 1/1/2 2/2/2 3/3/2\n", "f 1 2 3\n");
-        let led = Adaptation { by_normals: true, flip_bare: true, ..Adaptation::default() };
-        assert_eq!(up(led, lit), [false, true]);
-        assert_eq!(up(led, dull), [false], "without normals it is turned inside out");
-        assert_eq!(up(Adaptation { flip_bare: false, ..led }, dull), [true]);
-        assert_eq!(up(Adaptation { flip: true, ..led }, lit), [true, false], "what normals say, inside out");
+        let led = || Adaptation { by_normals: true, flip_bare: true, ..Adaptation::default() };
+        assert_eq!(up(led(), lit), [false, true]);
+        assert_eq!(up(led(), dull), [false], "without normals it is turned inside out");
+        assert_eq!(up(Adaptation { flip_bare: false, ..led() }, dull), [true]);
+        assert_eq!(up(Adaptation { flip: true, ..led() }, lit), [true, false], "what normals say, inside out");
         assert_eq!(up(Adaptation::default(), lit), [true, true]);
     }
 

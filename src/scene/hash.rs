@@ -11,7 +11,7 @@ use crate::Result;
 use crate::fields::Fields;
 use crate::film::{FilmSettings, Filter};
 use crate::geometry::Mesh;
-use crate::geometry::mesh::{Attribute, Indices};
+use crate::geometry::mesh::{Attribute, Indices, MeshColors};
 use crate::io::canon::Canon;
 mod fields;
 
@@ -36,7 +36,14 @@ pub(super) fn mesh(mesh: &Mesh, transform: Affine3A) -> u64 {
     attribute(&mut canon, normals.as_ref());
     attribute(&mut canon, uvs.as_ref());
     // nothing where there are none, as before there were any
-    colors.iter().for_each(|colors| canon.array(colors));
+    match colors {
+        None => (),
+        Some(MeshColors::OfVertices(colors)) => canon.array(colors),
+        Some(MeshColors::OfFaces(colors)) => {
+            canon.u32(1);
+            canon.array(colors);
+        }
+    }
     canon.finish()
 }
 

@@ -5,7 +5,7 @@ use super::description::MaterialDescription;
 use super::{obj, ply};
 use crate::embree::LARGEST_COORDINATE;
 use crate::geometry::Mesh;
-use crate::geometry::mesh::{ABSENT, Attribute, Indices};
+use crate::geometry::mesh::{ABSENT, Attribute, Indices, MeshColors};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 use std::borrow::Cow;
@@ -147,10 +147,16 @@ fn check(model: &Model) -> Result<(), String> {
     if materials.iter().any(|&m| m as usize >= model.material_names.len()) {
         return Err("a triangle has a material that is not there".into());
     }
-    if colors.as_ref().is_some_and(|colors| colors.len() != positions.len()) {
-        return Err("not as many colours as vertices".into());
+    let (colored, what) = match colors {
+        Some(MeshColors::OfVertices(_)) => (positions.len(), "vertices"),
+        Some(MeshColors::OfFaces(_)) => (triangles.len(), "triangles"),
+        None => (0, ""),
+    };
+    let values = colors.as_ref().map_or(&[][..], MeshColors::values);
+    if values.len() != colored {
+        return Err(format!("not as many colours as {what}"));
     }
-    if !colors.iter().flatten().flatten().all(|x| (0.0..=1.0).contains(x)) {
+    if !values.iter().flatten().all(|x| (0.0..=1.0).contains(x)) {
         return Err("a colour is not between 0 and 1".into());
     }
     check_attribute("normals", normals.as_ref(), &model.mesh)?;

@@ -4,7 +4,7 @@ use super::model::Model;
 use super::repair;
 use crate::embree::LARGEST_COORDINATE;
 use crate::geometry::Mesh;
-use crate::geometry::mesh::{Attribute, Indices};
+use crate::geometry::mesh::{Attribute, Indices, MeshColors};
 use crate::io::memory;
 use crate::{Error, Result};
 use flate2::bufread::ZlibDecoder;
@@ -95,7 +95,7 @@ impl<R: BufRead> Stream<R> {
             materials: vec![0; faces],
             normals: normals.filter(|_| flags & FACE_NORMALS == 0).map(attribute),
             uvs: uvs.map(|values| Attribute { values, indices: Indices::OfPositions }),
-            colors: colors.map(|colors| colors.into_iter().map(clamped).collect()),
+            colors: colors.map(|colors| MeshColors::OfVertices(colors.into_iter().map(clamped).collect())),
             positions,
             triangles,
         };
@@ -233,7 +233,7 @@ mod tests {
                 let mesh = parse(&bytes, 2).unwrap().mesh;
                 assert_eq!(mesh.positions, [[2.0, 0.0, 0.0], [3.0, 0.0, 0.0], [2.0, 1.0, 0.0]]);
                 assert_eq!(mesh.uvs.unwrap().values[0], [0.0, 0.25]);
-                assert_eq!(mesh.colors.unwrap(), [[0.5; 3]; 3]);
+                assert_eq!(mesh.colors.unwrap(), MeshColors::OfVertices(vec![[0.5; 3]; 3]));
                 assert_eq!(
                     mesh.normals.unwrap().indices,
                     Indices::Own(vec![[ABSENT; 3]]),

@@ -1,4 +1,4 @@
-//! Colours of vertices, from the file to the picture.
+//! Colours of vertices and of faces, from the file to the picture.
 
 use crate::film::tile::{Tile, TileSamples};
 use crate::format;
@@ -79,6 +79,43 @@ fn materials_of_scene_files_take_them_where_they_say_so() {
     let plain = SQUARE.replace(" 0.8 0.1 0.1", "").replace(" 0.1 0.1 0.8", "");
     let message = load(&plain, &colored).map(drop).unwrap_err().to_string();
     assert!(message.contains("m.obj: material `a` takes the colours of vertices, and there are none"), "{message}");
+}
+
+/// The square in two triangles: red where x > z, else blue.
+const HALVES: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n\
+                      property list uchar int vertex_indices\nproperty float red\nproperty float green\nproperty float blue\nend_header\n\
+                      -1 0 -1\n1 0 -1\n1 0 1\n-1 0 1\n3 2 1 0 0.75 0.25 0\n3 3 2 0 0 0.25 0.75\n";
+
+fn load_halves(ply: &str, toml: &str) -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.ply"), ply).unwrap();
+    let (file, _) = format::parse(&format!("{VIEW}{toml}"), &folder.path().join("scene.toml"), &[]).unwrap();
+    file.load_scene(1).unwrap().0
+}
+
+#[test]
+fn faces_are_of_one_colour_each_wherever_they_stand() {
+    let grouped = "[[mesh]]\npath = \"m.ply\"\ngroup = \"g\"\n[[instance]]\ngroup = \"g\"\n";
+    let mirrored = "[[mesh]]\npath = \"m.ply\"\nscale = [-1, 1, 1]\n";
+    for (text, side) in [("[[mesh]]\npath = \"m.ply\"\n", 1.0), (grouped, 1.0), (mirrored, -1.0)] {
+        let scene = load_halves(HALVES, text);
+        let picture = render(&scene, 64);
+        for (i, (aovs, sum)) in picture.features.iter().zip(&picture.sum).enumerate() {
+            let [x, z] = [i as u32 % SIZE, i as u32 / SIZE].map(|at| at as f32 + 0.5 - 0.5 * SIZE as f32);
+            // pixels on the edge have a part of both
+            if (side * x - z).abs() > 1.0 {
+                let color = if side * x > z { Rgb::new(0.75, 0.25, 0.0) } else { Rgb::new(0.0, 0.25, 0.75) };
+                assert_eq!(aovs.albedo, color * 64.0, "{text}: pixel {i}");
+                // a white sky shows a flat surface in its colour; the rest is noise
+                assert!((*sum / 64.0 - color).abs().max_element() < 0.2, "{text}: pixel {i}: {}", *sum / 64.0);
+            }
+        }
+        let whole = picture.sum.iter().sum::<Rgb>() / (64 * SIZE * SIZE) as f32;
+        let wanted = Rgb::new(0.375, 0.25, 0.375);
+        assert!((whole - wanted).abs().max_element() < 0.01, "{text}: {whole} for {wanted}");
+    }
+    let hash = |ply: &str| load_halves(ply, mirrored).content_hash_text();
+    assert_ne!(hash(HALVES), hash(&HALVES.replace("0.75 0.25 0\n", "0.5 0.25 0\n")));
 }
 
 #[test]

@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub enum ColorTexture {
     Constant(Rgb),
     Image(ImageTexture),
-    /// The colours of the mesh's vertices, times this.
+    /// The colours of the mesh's vertices or faces, times this.
     Vertex(Rgb),
 }
 

@@ -118,6 +118,28 @@ fn where_nothing_is_folded_it_is_plain_normal_mapping() {
     }
 }
 
+/// Plain normal mapping loses (1 − cos θ)/2 of a furnace's light below the surface of a Lambertian tilted by θ; folding brings it back.
+#[test]
+fn what_is_folded_has_a_closed_form() {
+    for tilt in [0.2, 0.5, 0.9] {
+        let normal = polar(tilt, 0.0);
+        let material = diffuse().colored(Rgb::ONE, Rgb::ZERO).turned(normal);
+        let bsdf = material.bsdf();
+        for wi in [polar(1.5, 0.0), polar(1.4, 0.4), polar(1.2, 6.0), polar(1.0, 3.0)] {
+            let cosines = wi.dot(normal).max(0.0) + mirrored(wi).dot(normal).max(0.0);
+            let value = bsdf.eval(Vec3::Z, wi).x * std::f32::consts::PI;
+            assert!((value - cosines).abs() < 1e-6, "{tilt} from {wi}: {value}, not {cosines}");
+        }
+        let refinement = Refinement { min_depth: 4, max_depth: 9, absolute: 1e-5, relative: 1e-4 };
+        let plain =
+            |theta: f64, phi: f64| f64::from(polar(theta as f32, phi as f32).dot(normal).max(0.0)) * theta.sin() / PI;
+        let plain = integrate(&plain, Rect { x: [0.0, 0.5 * PI], y: [0.0, TAU] }, refinement);
+        let folded = scattered(&bsdf, Vec3::Z)[0] - plain;
+        let lost = 0.5 * (1.0 - f64::from(tilt).cos());
+        assert!((folded - lost).abs() < 1e-3, "{tilt}: {folded}, not {lost}");
+    }
+}
+
 /// From behind, a dent is a bump: the lit side is the other.
 #[test]
 fn two_sided_surfaces_are_turned_as_a_relief_is() {

@@ -3,7 +3,7 @@
 use super::Warnings;
 use super::buffers::Buffers;
 use crate::geometry::Mesh;
-use crate::geometry::mesh::{ABSENT, Attribute, Indices};
+use crate::geometry::mesh::{ABSENT, Attribute, Indices, MeshColors};
 use crate::scene::model::Model;
 use crate::{Error, Result};
 use glam::Vec3;
@@ -63,7 +63,9 @@ pub(super) fn model(
         materials: vec![0; triangles.len()],
         normals: normals.map(|values| with_directions(values, &triangles)),
         uvs: uvs.filter(finite).map(|values| Attribute { values, indices: Indices::OfPositions }),
-        colors: colors.filter(|colors| fits(colors.len())).map(|colors| colors.iter().map(clamped).collect()),
+        colors: colors
+            .filter(|colors| fits(colors.len()))
+            .map(|colors| MeshColors::OfVertices(colors.iter().map(clamped).collect())),
         positions,
         triangles,
     };

@@ -197,11 +197,13 @@ impl Materials<'_> {
         let (u, v) = (bsdf.find("alpha_u").is_some(), bsdf.find("alpha_v").is_some());
         let alpha = if u || v {
             let [u, v] = [self.textures.number(bsdf, "alpha_u", 0.1)?, self.textures.number(bsdf, "alpha_v", 0.1)?];
+            let mean = 0.5 * (u + v);
             if u != v {
-                self.objects
-                    .warn(&bsdf.at, "a roughness that depends on the direction has no counterpart: its mean is taken");
+                let message =
+                    format!("α of {u} along u and of {v} along v has no counterpart: the mean, {mean}, is taken");
+                self.objects.warn(&bsdf.at, message);
             }
-            (u * v).sqrt()
+            mean
         } else {
             self.textures.number(bsdf, "alpha", 0.1)?
         };

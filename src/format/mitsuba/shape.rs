@@ -110,6 +110,7 @@ impl<'a> Shapes<'a> {
         let transform = to_world * own;
         xml::transform::check_regular(shape, &transform)?;
         let material = self.material(shape)?;
+        let source = self.with_attribute(shape, source)?;
         for name in ["interior", "exterior"] {
             if let Some(medium) = shape.find(name) {
                 self.objects.warn(&medium.at, format!("`{name}`: nothing scatters light between surfaces here"));
@@ -173,6 +174,18 @@ impl<'a> Shapes<'a> {
         let flip_v = if obj { flip_v } else { !flip_v };
         shape.ignore(&["collapse", "shape_index"]);
         Ok(MeshSource::Adapted(path, Adaptation { part, normals, flip, flip_v, ..Adaptation::default() }))
+    }
+
+    /// The mesh with the attribute that its material took, if it took one. Only PLY files have others than colours of vertices.
+    fn with_attribute(&self, shape: &Object, source: MeshSource) -> Result<MeshSource> {
+        let Some(name) = self.materials.textures.take_attribute() else { return Ok(source) };
+        match source {
+            MeshSource::Adapted(path, adaptation) if shape.kind == "ply" => {
+                Ok(MeshSource::Adapted(path, Adaptation { colors: Some(name), ..adaptation }))
+            }
+            MeshSource::Adapted(..) if name == "vertex_color" => Ok(source),
+            _ => Err(shape.error(format!("the {} has no attribute `{name}`", shape.label()))),
+        }
     }
 
     /// The name of the shape's material, which is described under it. `None`: what the file itself says.

@@ -16,22 +16,30 @@ use std::sync::Arc;
 pub(crate) struct Textures<'a> {
     pub(crate) objects: &'a Objects,
     embedded: RefCell<EmbeddedPictures>,
+    /// The attribute of meshes that textures took.
+    attribute: RefCell<Option<String>>,
 }
 
 /// What a texture is.
 enum Found {
     Constant(Rgb),
     Image(ImageTexture),
-    Vertex(Rgb),
+    /// An attribute of the mesh, times this.
+    Attribute(Rgb),
 }
 
 impl<'a> Textures<'a> {
     pub(crate) fn new(objects: &'a Objects) -> Textures<'a> {
-        Textures { objects, embedded: RefCell::default() }
+        Textures { objects, embedded: RefCell::default(), attribute: RefCell::default() }
     }
 
     pub(crate) fn into_embedded(self) -> EmbeddedPictures {
         self.embedded.into_inner()
+    }
+
+    /// The attribute that textures took since this was asked last.
+    pub(crate) fn take_attribute(&self) -> Option<String> {
+        self.attribute.take()
     }
 
     /// A reflectance: constant colours beyond 1 are cut off, with a warning.
@@ -46,7 +54,7 @@ impl<'a> Textures<'a> {
                 ColorTexture::Constant(color.min(Rgb::ONE))
             }
             Found::Image(image) => ColorTexture::Image(self.with_curve(image)?),
-            Found::Vertex(tint) => ColorTexture::Vertex(tint),
+            Found::Attribute(tint) => ColorTexture::Vertex(tint),
         })
     }
 
@@ -56,7 +64,7 @@ impl<'a> Textures<'a> {
         match self.item(object, item)? {
             Found::Constant(color) => Ok((color, None)),
             Found::Image(image) => Ok((image.tint, Some(ImageTexture { tint: Rgb::ONE, ..self.with_curve(image)? }))),
-            Found::Vertex(_) => Err(item.at.error("light of the colours of vertices is not read")),
+            Found::Attribute(_) => Err(item.at.error("light of a mesh's attribute is not read")),
         }
     }
 
@@ -66,7 +74,7 @@ impl<'a> Textures<'a> {
         Ok(match self.item(object, item)? {
             Found::Constant(color) => ScalarTexture::Constant(luminance(color)),
             Found::Image(image) => ScalarTexture::Luminance(self.numbers(image)?),
-            Found::Vertex(_) => return Err(item.at.error("a number of the colours of vertices is not read")),
+            Found::Attribute(_) => Err(item.at.error("a number of a mesh's attribute is not read"))?,
         })
     }
 
@@ -80,7 +88,7 @@ impl<'a> Textures<'a> {
                 self.warn_of_mean(object, name, format!("{mean:.3}"));
                 Ok(mean)
             }
-            Found::Vertex(_) => Err(item.at.error("a number of the colours of vertices is not read")),
+            Found::Attribute(_) => Err(item.at.error("a number of a mesh's attribute is not read")),
         }
     }
 
@@ -93,7 +101,7 @@ impl<'a> Textures<'a> {
                 self.warn_of_mean(object, name, format!("{mean:.3}"));
                 Ok(mean)
             }
-            ColorTexture::Vertex(_) => Err(object.error(format!("`{name}` cannot be the colours of vertices here"))),
+            ColorTexture::Vertex(_) => Err(object.error(format!("`{name}` cannot be an attribute of the mesh here"))),
         }
     }
 
@@ -151,9 +159,7 @@ impl<'a> Textures<'a> {
                 Some(Value::Vector(numbers)) => numbers.as_vec3(),
                 _ => texture.color("value", Rgb::ONE)?,
             }),
-            "mesh_attribute" if texture.text("name")? == Some("vertex_color") => {
-                Found::Vertex(Rgb::splat(texture.number("scale", 1.0)? as f32))
-            }
+            "mesh_attribute" => self.attribute(texture)?,
             "uniform" | "d65" | "srgb" => {
                 let name = if texture.kind == "srgb" { "color" } else { "value" };
                 Found::Constant(texture.color(name, Rgb::ONE)?)
@@ -162,6 +168,20 @@ impl<'a> Textures<'a> {
         };
         self.objects.finish(texture);
         Ok(found)
+    }
+
+    /// An attribute of vertices or faces. A mesh has one here.
+    fn attribute(&self, texture: &Object) -> Result<Found> {
+        let name = texture.text("name")?.unwrap_or_default();
+        if !["vertex_", "face_"].iter().any(|start| name.starts_with(start)) {
+            return Err(texture.error("the `name` of an attribute begins with `vertex_` or `face_`"));
+        }
+        let scale = Rgb::splat(texture.number("scale", 1.0)? as f32);
+        let known = self.attribute.replace(Some(name.to_string()));
+        match known.filter(|known| known != name) {
+            Some(known) => Err(texture.error(format!("`{name}` beside `{known}`: a mesh has one attribute here"))),
+            None => Ok(Found::Attribute(scale)),
+        }
     }
 
     fn bitmap(&self, texture: &Object) -> Result<ImageTexture> {
@@ -296,6 +316,6 @@ fn scaled(found: Found, by: Rgb) -> Found {
     match found {
         Found::Constant(color) => Found::Constant(color * by),
         Found::Image(image) => Found::Image(ImageTexture { tint: image.tint * by, ..image }),
-        Found::Vertex(tint) => Found::Vertex(tint * by),
+        Found::Attribute(tint) => Found::Attribute(tint * by),
     }
 }

@@ -313,17 +313,19 @@ impl<'a> Materials<'a> {
         let name = |name: &str| format!("{prefix}{name}");
         let both = self.textures.number(p, &name("roughness"), default)?;
         let [u, v] = ["uroughness", "vroughness"].map(|direction| self.textures.number(p, &name(direction), both));
-        let (u, v) = (u?.max(0.0), v?.max(0.0));
-        if u != v {
-            let message = "a roughness that depends on the direction has no counterpart: its mean is taken";
-            self.world.warnings.add(&p.at, message);
-        }
-        let roughness = if u == v { u } else { (u * v).sqrt() };
-        let alpha = match p.flag("remaproughness", true)? {
+        let remaps = p.flag("remaproughness", true)?;
+        let alpha = |roughness: f32| match remaps {
             false => roughness,
             true if self.world.old => remapped(roughness),
             true => roughness.sqrt(),
         };
+        let (u, v) = (alpha(u?.max(0.0)), alpha(v?.max(0.0)));
+        let alpha = 0.5 * (u + v);
+        if u != v {
+            let message =
+                format!("α of {u} along u and of {v} along v has no counterpart: the mean, {alpha}, is taken");
+            self.world.warnings.add(&p.at, message);
+        }
         Ok(if alpha < SMOOTH { 0.0 } else { alpha.min(1.0) })
     }
 }

@@ -319,6 +319,21 @@ fn materials_are_those_of_our_own_scenes() {
     }
 }
 
+#[test]
+fn of_two_roughnesses_the_mean_of_their_alphas_is_taken_and_said() {
+    let folder = companions();
+    let metal = "Material \"conductor\" \"float uroughness\" 0.04 \"float vroughness\" 0.16";
+    let (file, warnings) = read(folder.path(), &scene(&format!("{metal}\n{QUAD}"))).unwrap();
+    let own = own(
+        folder.path(),
+        "[material.m]\ntype = \"conductor\"\neta = [0.201, 0.9237, 1.1022]\nk = [3.9133, 2.453, 2.1421]\nalpha = 0.3\n",
+    );
+    let name = file.scene.meshes[0].material.as_ref().unwrap();
+    alike(&file.scene.materials[name].bsdf, &own.scene.materials["m"].bsdf, metal);
+    let wanted = "α of 0.2 along u and of 0.4 along v has no counterpart: the mean, ";
+    assert!(warnings.len() == 1 && warnings[0].contains(wanted), "{warnings:?}");
+}
+
 /// The same but for the last bits of numbers.
 fn alike(found: &BsdfDescription, wanted: &BsdfDescription, what: &str) {
     let rounded = |bsdf: &BsdfDescription| {

@@ -42,7 +42,7 @@ pub(in crate::format) fn color(
     Ok(())
 }
 
-/// The colours of the mesh's vertices, times `tint`.
+/// The colours of the mesh, times `tint`.
 fn vertex_color(t: &mut Reader, mut tint: Rgb) -> Result<ColorTexture, Fault> {
     let mut on = true;
     t.flag(VERTEX_COLOR, &mut on)?;
@@ -56,7 +56,10 @@ fn vertex_color(t: &mut Reader, mut tint: Rgb) -> Result<ColorTexture, Fault> {
 /// What stands in the place of `texture`.
 pub(in crate::format) const VERTEX_COLOR: Key = Key {
     default: Some("none"),
-    ..key("vertex_color", "`true`: the colours of the mesh's vertices, in the place of a picture; not for `opacity`")
+    ..key(
+        "vertex_color",
+        "`true`: the colours of the mesh's vertices or faces, in the place of a picture; not for `opacity`",
+    )
 };
 /// A radiance: a grey number, `[r, g, b]` or `{ texture = … }`, of which `tint` is the radiance of white.
 pub(in crate::format) fn emission(

@@ -1,7 +1,7 @@
 //! Meshes as binary PLY files, one for each material of each mesh.
 
 use crate::Result;
-use crate::geometry::Mesh;
+use crate::geometry::{Mesh, MeshColors};
 use crate::io::atomic::write_atomically;
 use crate::scene::LoadedAssets;
 use ::toml::{Table, Value};
@@ -98,11 +98,14 @@ fn corners(mesh: &Mesh, t: usize) -> [[f32; 11]; 3] {
     let flat = (b - a).cross(c - a).normalize_or(Vec3::Z).to_array();
     let normals = mesh.normals.as_ref().and_then(|normals| normals.corners(&mesh.triangles, t)).unwrap_or([flat; 3]);
     let uvs = mesh.uvs_of(t);
-    let white = [1.0; 3];
     [0, 1, 2].map(|k| {
         let index = mesh.triangles[t][k] as usize;
         let ([x, y, z], [nx, ny, nz], [u, v]) = (mesh.positions[index], normals[k], uvs[k]);
-        let [r, g, b] = mesh.colors.as_ref().map_or(white, |colors| colors[index]);
+        let [r, g, b] = match &mesh.colors {
+            Some(MeshColors::OfVertices(colors)) => colors[index],
+            Some(MeshColors::OfFaces(colors)) => colors[t],
+            None => [1.0; 3],
+        };
         [x, y, z, nx, ny, nz, u, v, r, g, b]
     })
 }

@@ -228,3 +228,22 @@ fn blends_come_back_from_both_forms() {
     let (other, _) = format::load(&at("s.toml"), &["material.within.weight=0.5".into()]).unwrap();
     assert!(compare(&runs(&other, 100), &runs(&file, 1)).0 > bound(BLOCKS * SCENES), "another weight must be seen");
 }
+
+/// Colours of faces become those of vertices, of which there is one for each colour.
+#[test]
+fn colours_of_faces_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n\
+               property list uchar int vertex_indices\nproperty float red\nproperty float green\nproperty float blue\nend_header\n\
+               0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 0.75 0.25 0\n3 0 2 3 0 0.25 0.75\n";
+    fs::write(folder.path().join("m.ply"), ply).unwrap();
+    let path = folder.path().join("s.toml");
+    let camera = "[camera]\norigin = [0.5, 0.5, 3]\ntarget = [0.5, 0.5, 0]\n";
+    fs::write(&path, format!("{camera}[[mesh]]\npath = \"m.ply\"\n[[light]]\ntype = \"constant\"\nradiance = 1\n"))
+        .unwrap();
+    let (written, read) = converted(&format::load(&path, &[]).unwrap().0);
+    read.unwrap().load_scene(1).unwrap();
+    let mesh = crate::scene::ply::load(&written.path().join("a scene files/mesh-0-0.ply")).unwrap().mesh;
+    let colors = [0, 1].map(|triangle| mesh.color(triangle, 0.25, 0.5).to_array());
+    assert_eq!((colors, mesh.positions.len()), ([[0.75, 0.25, 0.0], [0.0, 0.25, 0.75]], 6));
+}

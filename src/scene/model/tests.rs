@@ -49,7 +49,7 @@ fn meshes_in_memory_that_contradict_themselves_are_refused() {
             triangles: vec![[0, 1, 2]],
             normals: own([ABSENT; 3]),
             uvs: Some(Attribute { values: vec![[0.0; 2]; 3], indices: Indices::OfPositions }),
-            colors: Some(vec![[0.5; 3]; 3]),
+            colors: Some(MeshColors::OfVertices(vec![[0.5; 3]; 3])),
             materials: vec![0],
         },
         material_names: vec!["grey".into()],
@@ -57,9 +57,10 @@ fn meshes_in_memory_that_contradict_themselves_are_refused() {
     };
     let loaded = |model: Model| MeshSource::Memory(Arc::new(model)).load().map(drop);
     assert!(loaded(good.clone()).is_ok());
-    let faults: [(&str, Change); 10] = [
-        ("colours", |m| _ = m.mesh.colors.as_mut().unwrap().pop()),
-        ("colour", |m| m.mesh.colors.as_mut().unwrap()[1][0] = 1.5),
+    let faults: [(&str, Change); 11] = [
+        ("colours as vertices", |m| m.mesh.colors = Some(MeshColors::OfVertices(vec![[0.5; 3]; 2]))),
+        ("colours as triangles", |m| m.mesh.colors = Some(MeshColors::OfFaces(vec![[0.5; 3]; 3]))),
+        ("colour", |m| m.mesh.colors = Some(MeshColors::OfVertices(vec![[0.5, 1.5, 0.5]; 3]))),
         ("coordinate", |m| m.mesh.positions[1][2] = f32::NAN),
         ("vertex", |m| m.mesh.triangles[0][1] = 3),
         ("materials for 2", |m| m.mesh.materials.push(0)),

@@ -24,7 +24,7 @@ mod tests;
 
 use crate::Result;
 use crate::geometry::Mesh;
-use crate::geometry::mesh::{Attribute, Indices};
+use crate::geometry::mesh::{Attribute, Indices, MeshColors};
 use crate::io::memory;
 use crate::scene::description::MaterialDescription;
 use crate::scene::model::{Model, Warning};
@@ -98,7 +98,7 @@ fn load_parts(
         materials: Vec::new(),
     };
     let (broken, colors) = read_attributes(source, blocks, &parts, &mut mesh)?;
-    mesh.colors = colors::merge(colors, census.counts.positions)?;
+    mesh.colors = colors::merge(colors, census.counts.positions)?.map(MeshColors::OfVertices);
     let mut origin = Bounds::of(&mesh.positions).origin();
     if origin != DVec3::ZERO {
         read_positions(source, blocks, &parts, &mut mesh.positions, origin)?;

@@ -1,6 +1,7 @@
 //! The element `face`: polygons into triangles.
 
 use super::blocks::{Block, Search, Source, unread};
+use super::colors::Channels;
 use super::header::{Element, Encoding, Kind};
 use super::values::{Binary, Fault, Text, Values, with_values, within};
 use super::vertices::cut;
@@ -15,12 +16,15 @@ pub(super) struct Layout<'a> {
     indices: usize,
     /// A list of two numbers for each corner (MeshLab, OpenMVS).
     uvs: Option<usize>,
+    pub(crate) colors: Option<Channels>,
 }
 
 impl<'a> Layout<'a> {
+    /// `colors` is the attribute that becomes the mesh's colours.
+    ///
     /// # Errors
     /// Where there is no list of vertices.
-    pub(crate) fn of(element: &'a Element) -> Result<Layout<'a>, String> {
+    pub(crate) fn of(element: &'a Element, colors: Option<&str>) -> Result<Layout<'a>, String> {
         let list = |names: &[&str]| {
             element.properties.iter().position(|p| p.length.is_some() && names.contains(&p.name.as_str()))
         };
@@ -28,11 +32,18 @@ impl<'a> Layout<'a> {
         if !element.properties[indices].kind.is_whole() {
             return Err(format!("`{}` must be whole numbers", element.properties[indices].name));
         }
-        Ok(Layout { element, indices, uvs: list(&["texcoord"]) })
+        let colors = colors.and_then(|name| Channels::of(element, name));
+        Ok(Layout { element, indices, uvs: list(&["texcoord"]), colors })
     }
 
-    pub(crate) fn has_uvs(&self) -> bool {
-        self.uvs.is_some()
+    /// Bytes that a triangle takes in a mesh, what is held twice while blocks are joined included.
+    pub(crate) fn bytes(&self) -> u64 {
+        // three corners of four bytes, twice, and a material
+        28 + if self.uvs.is_some() { 60 } else { 0 } + if self.colors.is_some() { 24 } else { 0 }
+    }
+
+    fn has_corners_alone(&self) -> bool {
+        self.uvs.is_none() && self.colors.is_none()
     }
 }
 
@@ -44,10 +55,12 @@ pub(super) struct Faces {
     pub(crate) uvs: Vec<[f32; 2]>,
     /// Of triangles, which of those they have.
     pub(crate) uv_indices: Vec<[u32; 3]>,
+    /// Of triangles, where faces have some; else empty.
+    pub(crate) colors: Vec<[f32; 3]>,
 }
 
-/// The triangles of a block, and the texture coordinates of their corners.
-type Part = (Vec<[u32; 3]>, Vec<[f32; 2]>);
+/// The triangles of a block, the texture coordinates of their corners, and their colours.
+type Part = (Vec<[u32; 3]>, Vec<[f32; 2]>, Vec<[f32; 3]>);
 
 /// Reads all faces, which may name the vertices at `positions`.
 ///
@@ -63,12 +76,19 @@ pub(super) fn read(
     let read = |reader: &mut Reader, block: &Block| {
         let (at, mut buffer) = (block.range.start, take(&mut reader.buffer));
         let bytes = source.bytes(block.range.clone(), &mut buffer).map_err(|error| unread(at, &error))?;
-        let read = with_values!(encoding, bytes, values => reader.block(&mut values, block));
+        let read = with_values!(encoding, bytes, values => {
+            reader.block(&mut values, block).and_then(|()| match search {
+                Search::Even if values.at() != block.range.len() => {
+                    Err(Fault::new(values.at(), "not all lists are as long"))
+                }
+                _ => Ok(()),
+            })
+        });
         reader.buffer = buffer;
         read.map_err(|fault| fault.after(at))
     };
     let init = || Reader::new(layout, positions);
-    if search == Search::Even && layout.uvs.is_none() {
+    if search == Search::Even && layout.has_corners_alone() {
         let mut triangles = vec![[0; 3]; blocks.iter().map(|block| block.count).sum()];
         let mut rest = &mut triangles[..];
         let tasks: Vec<_> = blocks.iter().map(|block| (block, cut(&mut rest, block.count))).collect();
@@ -85,12 +105,13 @@ pub(super) fn read(
     }
     let part = |reader: &mut Reader, block: &Block| {
         read(reader, block)?;
-        Ok((take(&mut reader.triangles), take(&mut reader.uvs)))
+        Ok((take(&mut reader.triangles), take(&mut reader.uvs), take(&mut reader.colors)))
     };
     let parts: Result<Vec<Part>, Fault> = blocks.par_iter().map_init(init, part).collect();
-    let (triangles, uvs): (Vec<_>, Vec<_>) = parts?.into_iter().unzip();
-    let (triangles, uvs) = (joined(triangles), joined(uvs));
-    Ok(if layout.uvs.is_none() { Faces { triangles, ..Faces::default() } } else { with_uvs(triangles, uvs) })
+    let (triangles, uvs, colors): (Vec<_>, Vec<_>, Vec<_>) = parts?.into_iter().collect();
+    let (triangles, uvs, colors) = (joined(triangles), joined(uvs), joined(colors));
+    let faces = if layout.uvs.is_none() { Faces { triangles, ..Faces::default() } } else { with_uvs(triangles, uvs) };
+    Ok(Faces { colors, ..faces })
 }
 
 /// Faces with three texture coordinates for each triangle; those that are not finite are none.
@@ -103,7 +124,7 @@ fn with_uvs(triangles: Vec<[u32; 3]>, uvs: Vec<[f32; 2]>) -> Faces {
     let uv_indices = (0..triangles.len()).into_par_iter().map(own).collect();
     // what is not finite is not looked at, but a mesh holds finite numbers only
     let uvs = uvs.into_par_iter().map(|uv| uv.map(|x| if x.is_finite() { x } else { 0.0 })).collect();
-    Faces { triangles, uvs, uv_indices }
+    Faces { triangles, uvs, uv_indices, ..Faces::default() }
 }
 
 /// One after the other.
@@ -121,8 +142,11 @@ struct Reader<'a> {
     positions: &'a [[f32; 3]],
     triangles: Vec<[u32; 3]>,
     uvs: Vec<[f32; 2]>,
+    colors: Vec<[f32; 3]>,
     corners: Vec<u32>,
     corner_uvs: Vec<f32>,
+    /// Channels of the face's colour, as they are stored.
+    color: [f64; 3],
     points: Vec<[f32; 3]>,
     pieces: Vec<[usize; 3]>,
     /// Bytes of a block.
@@ -131,8 +155,8 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn new(layout: &'a Layout, positions: &'a [[f32; 3]]) -> Reader<'a> {
-        let (triangles, uvs, corners, corner_uvs, points, pieces, buffer) = Default::default();
-        Reader { layout, positions, triangles, uvs, corners, corner_uvs, points, pieces, buffer }
+        let (triangles, uvs, colors, corners, corner_uvs, color, points, pieces, buffer) = Default::default();
+        Reader { layout, positions, triangles, uvs, colors, corners, corner_uvs, color, points, pieces, buffer }
     }
 
     fn block<V: Values>(&mut self, values: &mut V, block: &Block) -> Result<(), Fault> {
@@ -176,6 +200,8 @@ impl<'a> Reader<'a> {
                 for _ in 0..count {
                     self.corner_uvs.push(values.number(property.kind)? as f32);
                 }
+            } else if let Some(channel) = layout.colors.as_ref().and_then(|colors| colors.channel(k)) {
+                self.color[channel] = values.number(property.kind)?;
             } else {
                 values.skip(property.kind, count)?;
             }
@@ -227,6 +253,9 @@ impl<'a> Reader<'a> {
     #[inline(always)]
     fn push(&mut self, piece: [usize; 3], triangle: [u32; 3]) {
         self.triangles.push(triangle);
+        if let Some(channels) = &self.layout.colors {
+            self.colors.push(channels.color(self.color));
+        }
         if self.layout.uvs.is_some() {
             let uv =
                 |corner: usize| self.corner_uvs.get(2 * corner..2 * corner + 2).map_or([f32::NAN; 2], |x| [x[0], x[1]]);

@@ -6,6 +6,7 @@
 //! the ends of lines in ASCII. docs/ply.md says what is read.
 
 mod blocks;
+mod colors;
 mod faces;
 mod header;
 #[cfg(test)]
@@ -19,15 +20,15 @@ use super::origin::Bounds;
 use super::repair;
 use crate::bsdf::DiffuseParameters;
 use crate::geometry::Mesh;
-use crate::geometry::mesh::{Attribute, Indices};
+use crate::geometry::mesh::{Attribute, Indices, MeshColors};
 use crate::io::{memory, paths};
 use crate::texture::{ColorTexture, ImageTexture};
 use crate::{Error, Result};
 use blocks::{Block, Search, Source, blocks};
+use colors::{Channels, Wanted};
 use faces::Faces;
 use glam::DVec3;
 use header::{Encoding, Header, LONGEST};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 use values::Fault;
@@ -42,21 +43,33 @@ use vertices::Vertices;
 /// # Errors
 /// With the line, or the byte of a binary file: what is malformed, names vertices that are not there, or ends too early.
 pub fn load(path: &Path) -> Result<Model> {
-    parse(Source::open(path)?, path)
+    parse(Source::open(path)?, path, Wanted::Any)
+}
+
+/// Loads a PLY file with the colours that Mitsuba would call `attribute`.
+///
+/// # Errors
+/// Those of [`load`], and where there is no such attribute.
+pub(super) fn load_with(path: &Path, attribute: &str) -> Result<Model> {
+    let wanted = Wanted::named(attribute);
+    let found = wanted.map(|wanted| parse(Source::open(path)?, path, wanted)).transpose()?;
+    found
+        .filter(|model| model.mesh.colors.is_some())
+        .ok_or_else(|| Error::file(path, format!("there is no attribute `{attribute}` of three numbers or of one")))
 }
 
 /// `path` names the file in errors, and pictures are looked for beside it.
-fn parse(mut source: Source, path: &Path) -> Result<Model> {
+fn parse(mut source: Source, path: &Path, wanted: Wanted) -> Result<Model> {
     let mut buffer = Vec::new();
     let head = source.bytes(0..source.len().min(LONGEST), &mut buffer).map_err(Error::io(path))?;
     let header = header::read(head, path)?;
     if header.may_be_even()
-        && let Ok(model) = (File { source: &source, path, header: &header, search: Search::Even }).read()
+        && let Ok(model) = (File { source: &source, path, header: &header, wanted, search: Search::Even }).read()
     {
         return Ok(model);
     }
     source.keep(path)?;
-    let file = File { source: &source, path, header: &header, search: Search::Scan };
+    let file = File { source: &source, path, header: &header, wanted, search: Search::Scan };
     file.read().map_err(|fault| file.error(fault))
 }
 
@@ -65,6 +78,7 @@ struct File<'a> {
     source: &'a Source<'a>,
     path: &'a Path,
     header: &'a Header,
+    wanted: Wanted<'a>,
     search: Search,
 }
 
@@ -97,7 +111,7 @@ impl File<'_> {
             self.move_to(origin, &vertex, &mut vertices.positions)?;
             faces = self.faces(face.as_ref(), &vertices.positions)?;
         }
-        let mut model = self.model(vertices, faces, origin, &vertex)?;
+        let mut model = self.model(vertices, faces, origin, (&vertex, face.as_ref()))?;
         if used != DVec3::ZERO {
             repair::drop_unused(&mut model.mesh);
         }
@@ -115,11 +129,13 @@ impl File<'_> {
             at = end;
             match element.name.as_str() {
                 "vertex" => {
-                    let layout = vertices::Layout::of(element).map_err(|message| self.in_header(message))?;
+                    let layout = vertices::Layout::of(element, self.wanted.of_vertices());
+                    let layout = layout.map_err(|message| self.in_header(message))?;
                     vertex = Some(Vertex { layout, blocks });
                 }
                 "face" => {
-                    let layout = faces::Layout::of(element).map_err(|message| self.in_header(message))?;
+                    let layout = faces::Layout::of(element, self.wanted.of_faces());
+                    let layout = layout.map_err(|message| self.in_header(message))?;
                     face = Some(Face { layout, blocks });
                 }
                 "tristrips" if element.count > 0 => {
@@ -138,8 +154,7 @@ impl File<'_> {
     fn check_memory(&self, vertex: &Vertex, face: Option<&Face>) -> Result<(), Fault> {
         let count = |blocks: &[Block]| blocks.iter().map(|block| block.count as u64).sum::<u64>();
         let (vertices, faces) = (count(&vertex.blocks), face.map_or(0, |face| count(&face.blocks)));
-        // a triangle has three corners of four bytes, held twice while they are joined, and a material
-        let triangle = 28 + if face.is_some_and(|face| face.layout.has_uvs()) { 60 } else { 0 };
+        let triangle = face.map_or(0, |face| face.layout.bytes());
         memory::check(vertex.layout.bytes() * vertices + triangle * faces)
             .map_err(|shortage| self.in_header(format!("{vertices} vertices and {faces} faces {shortage}")))
     }
@@ -158,17 +173,25 @@ impl File<'_> {
         Ok(faces)
     }
 
-    fn model(&self, vertices: Vertices, faces: Faces, origin: DVec3, vertex: &Vertex) -> Result<Model, Fault> {
+    fn model(
+        &self,
+        vertices: Vertices,
+        faces: Faces,
+        origin: DVec3,
+        (vertex, face): (&Vertex, Option<&Face>),
+    ) -> Result<Model, Fault> {
         let Vertices { positions, normals, uvs, colors, broken } = vertices;
         let of_positions = |there: bool| there.then_some(Indices::OfPositions);
         let own = vertex.layout.uvs && faces.uvs.is_empty();
+        let of_vertices = self.telling(colors, vertex.layout.colors.as_ref()).map(MeshColors::OfVertices);
+        let of_faces = || self.telling(faces.colors, face?.layout.colors.as_ref()).map(MeshColors::OfFaces);
         let mut mesh = Mesh {
             materials: vec![0; faces.triangles.len()],
             positions,
             triangles: faces.triangles,
             normals: of_positions(vertex.layout.normals).map(|indices| Attribute { values: normals, indices }),
             uvs: of_positions(own).map(|indices| Attribute { values: uvs, indices }),
-            colors: Some(colors).filter(|colors| !colors.is_empty() && !self.says_nothing(colors, vertex)),
+            colors: of_vertices.or_else(of_faces),
         };
         let mut warnings = self.repair(&mut mesh, broken, vertex)?;
         if !faces.uvs.is_empty() {
@@ -183,9 +206,10 @@ impl File<'_> {
         Ok(Model { mesh, origin, material_names: vec![String::new()], materials, parts: Vec::new(), warnings })
     }
 
-    /// White throughout is what programs write that know no colours, as bytes.
-    fn says_nothing(&self, colors: &[[f32; 3]], vertex: &Vertex) -> bool {
-        vertex.layout.whole_colors() && colors.par_iter().all(|color| *color == [1.0; 3])
+    /// The colours, unless nobody asks for them and they say nothing.
+    fn telling(&self, colors: Vec<[f32; 3]>, channels: Option<&Channels>) -> Option<Vec<[f32; 3]>> {
+        let asked = !matches!(self.wanted, Wanted::Any);
+        channels.is_some_and(|channels| asked || !channels.say_nothing(&colors)).then_some(colors)
     }
 
     fn textured(&self, name: &str) -> MaterialDescription {

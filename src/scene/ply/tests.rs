@@ -9,7 +9,7 @@ use std::io::Cursor;
 const FORMATS: [&str; 3] = ["ascii", "binary_little_endian", "binary_big_endian"];
 
 fn parsed(bytes: &[u8]) -> Result<Model> {
-    parse(Source::Memory(bytes.into()), Path::new("a.ply"))
+    parse(Source::Memory(bytes.into()), Path::new("a.ply"), Wanted::Any)
 }
 
 /// A file while it is written.
@@ -133,7 +133,7 @@ fn all_encodings_say_the_same() {
         let normals = mesh.normals.as_ref().unwrap();
         assert_eq!((normals.values[1], &normals.indices), ([0.0, 0.0, 2.0], &Indices::OfPositions));
         assert_eq!(mesh.uvs.as_ref().unwrap().values[4], [0.125, 4.0]);
-        assert_eq!(mesh.colors.as_ref().unwrap()[2], [srgb::DECODE_8[102], 1.0, 0.0]);
+        assert_eq!(mesh.colors.as_ref().unwrap().values()[2], [srgb::DECODE_8[102], 1.0, 0.0]);
         assert_eq!(mesh.materials, vec![0; 6]);
         assert_eq!((origin, &material_names[..], materials.len()), (DVec3::ZERO, &[String::new()][..], 0));
         assert!(warnings.is_empty(), "{warnings:?}");
@@ -200,7 +200,7 @@ fn whole_colours_are_srgb_and_fractions_are_linear() {
     for (kind, scale, wanted) in
         [("uchar", 255.0, srgb), ("ushort", 65535.0, srgb), ("int", 255.0, srgb), ("double", 1.0, [0.2, 0.6, 1.0])]
     {
-        let found = colors(kind, scale).unwrap()[1];
+        let found = colors(kind, scale).unwrap().values()[1];
         assert!((0..3).all(|k| (found[k] - wanted[k]).abs() < 1e-6), "{kind}: {found:?}");
     }
     let white: Vec<&[f64]> = vec![&[0.0, 0.0, 0.0, 255.0, 255.0, 255.0]; 3];
@@ -246,6 +246,97 @@ fn faces_may_have_coordinates_of_their_own_and_a_comment_a_picture() {
         assert_eq!(uvs.corners(&model.mesh.triangles, 3).unwrap()[2], [0.6, 0.7]);
         let crate::bsdf::BsdfDescription::Diffuse(diffuse) = &model.materials[""].bsdf else { panic!() };
         assert_eq!(diffuse.reflectance, ColorTexture::Image(ImageTexture::new("my skin.png".into())));
+    }
+}
+
+/// Three vertices with an attribute of one number and a colour, a triangle, and a quadrilateral, with two attributes.
+fn painted(format: &'static str, vertex_color: f64) -> Writer {
+    let header = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float heat_x\n\
+                  property uchar red\nproperty uchar green\nproperty uchar blue\n\
+                  element face 2\nproperty uchar red\nproperty list uchar int vertex_indices\nproperty uchar green\n\
+                  property uchar blue\nproperty uchar alpha\nproperty double tone_0\nproperty double tone_1\nproperty double tone_2\nproperty float mark_r\n";
+    let mut w = Writer::new(format, header);
+    for [x, y] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
+        let heat = 0.25 + 0.5 * x;
+        w.put(&[
+            ("float", x),
+            ("float", y),
+            ("float", 0.0),
+            ("float", heat),
+            ("uchar", vertex_color),
+            ("uchar", 255.0),
+            ("uchar", 255.0),
+        ]);
+    }
+    for (corners, shade) in [(&[0.0, 1.0, 2.0][..], 102.0), (&[0.0, 1.0, 2.0, 3.0], 204.0)] {
+        let mut face = vec![("uchar", shade), ("uchar", corners.len() as f64)];
+        face.extend(corners.iter().map(|&corner| ("int", corner)));
+        face.extend([("uchar", 0.0), ("uchar", 255.0), ("uchar", 7.0)]);
+        face.extend([("double", shade / 408.0), ("double", 0.75), ("double", 2.0), ("float", 0.5)]);
+        w.put(&face);
+    }
+    w
+}
+
+#[test]
+fn colours_may_be_of_faces_and_attributes_have_names() {
+    for format in FORMATS {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.ply");
+        std::fs::write(&path, painted(format, 51.0).bytes).unwrap();
+        let named = |name: &str| load_with(&path, name).map(|model| model.mesh.colors.unwrap());
+        let [dark, bright] = [102, 204].map(|stored: usize| [srgb::DECODE_8[stored], 0.0, 1.0]);
+        let of_faces = MeshColors::OfFaces(vec![dark, bright, bright]);
+        assert_eq!(
+            painted(format, 255.0).load().unwrap().mesh.colors.unwrap(),
+            of_faces,
+            "{format}: white says nothing"
+        );
+        let of_vertices = MeshColors::OfVertices(vec![[srgb::DECODE_8[51], 1.0, 1.0]; 4]);
+        assert_eq!(painted(format, 51.0).load().unwrap().mesh.colors.unwrap(), of_vertices, "{format}");
+        assert_eq!(named("face_color").unwrap(), of_faces, "{format}");
+        assert_eq!(named("vertex_color").unwrap(), of_vertices, "{format}");
+        let tones = vec![[0.25, 0.75, 1.0], [0.5, 0.75, 1.0], [0.5, 0.75, 1.0]];
+        assert_eq!(named("face_tone").unwrap(), MeshColors::OfFaces(tones), "{format}");
+        assert_eq!(named("face_mark_color").unwrap(), MeshColors::OfFaces(vec![[0.5; 3]; 3]), "{format}");
+        let heat = [0.25, 0.75, 0.75, 0.25].map(|grey| [grey; 3]);
+        assert_eq!(named("vertex_heat").unwrap(), MeshColors::OfVertices(heat.to_vec()), "{format}");
+        for name in ["face_heat", "vertex_tone", "face_mark", "heat", "vertex_", "face_x"] {
+            let message = named(name).unwrap_err().to_string();
+            assert!(message.contains(&format!("a.ply: there is no attribute `{name}`")), "{format}: {message}");
+        }
+    }
+}
+
+/// Faces with the colour of their number, of so many corners each.
+fn striped(corners: &[usize]) -> Writer {
+    let header = format!(
+        "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face {}\n\
+         property list uchar int vertex_indices\nproperty float red\nproperty float green\nproperty float blue\n\
+         element edge 9\nproperty double a\n",
+        corners.len()
+    );
+    let mut w = Writer::new("binary_little_endian", &header);
+    for [x, y] in [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
+        w.put(&[("float", x), ("float", y), ("float", 0.0)]);
+    }
+    for (k, &count) in corners.iter().enumerate() {
+        let mut face = vec![("uchar", count as f64)];
+        face.extend((0..count).map(|corner| ("int", corner as f64)));
+        face.extend([("float", k as f64 / 16.0); 3]);
+        w.put(&face);
+    }
+    (0..9).for_each(|k| w.put(&[("double", f64::from(k))]));
+    w
+}
+
+/// Faces are taken to be as long as the first; where they are not, they are looked at one by one.
+#[test]
+fn colours_are_those_of_their_faces_whatever_faces_are_like() {
+    for corners in [&[3, 3, 3][..], &[4, 4, 4], &[4, 3, 3, 3], &[3, 4, 3, 2, 3], &[3, 2, 4]] {
+        let mesh = striped(corners).load().unwrap().mesh;
+        let expected = corners.iter().enumerate().flat_map(|(k, &count)| vec![[k as f32 / 16.0; 3]; count - 2]);
+        assert_eq!(mesh.colors.unwrap(), MeshColors::OfFaces(expected.collect()), "{corners:?}");
     }
 }
 

@@ -1,16 +1,16 @@
 //! The element `vertex`: positions, and what else is known there.
 
 use super::blocks::{Block, Source, unread};
-use super::header::{Element, Encoding, Kind};
+use super::colors::Channels;
+use super::header::{Element, Encoding};
 use super::values::{Binary, Fault, Text, Values, with_values, within};
 use crate::embree::LARGEST_COORDINATE;
-use crate::image::srgb;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::mem::take;
 
 /// Names of a vertex' numbers, in the order of [`Record`].
-const NAMES: [&[&str]; 11] = [
+const NAMES: [&[&str]; 8] = [
     &["x"],
     &["y"],
     &["z"],
@@ -19,13 +19,13 @@ const NAMES: [&[&str]; 11] = [
     &["nz"],
     &["u", "s", "texture_u", "texture_s"],
     &["v", "t", "texture_v", "texture_t"],
-    &["red", "r", "diffuse_red", "color_0"],
-    &["green", "g", "diffuse_green", "color_1"],
-    &["blue", "b", "diffuse_blue", "color_2"],
 ];
 
+/// Where in a [`Record`] its colour is.
+const COLOR: usize = NAMES.len();
+
 /// The numbers of a vertex.
-type Record = [f64; NAMES.len()];
+type Record = [f64; COLOR + 3];
 
 /// Which of an element's properties mean what.
 pub(super) struct Layout<'a> {
@@ -34,41 +34,39 @@ pub(super) struct Layout<'a> {
     places: Vec<Option<usize>>,
     pub(crate) normals: bool,
     pub(crate) uvs: bool,
-    pub(crate) colors: bool,
-    /// How a colour's numbers are stored.
-    color_kind: Kind,
+    pub(crate) colors: Option<Channels>,
 }
 
 impl<'a> Layout<'a> {
+    /// `colors` is the attribute that becomes the mesh's colours.
+    ///
     /// # Errors
     /// Where a coordinate is missing.
-    pub(crate) fn of(element: &'a Element) -> Result<Layout<'a>, String> {
+    pub(crate) fn of(element: &'a Element, colors: Option<&str>) -> Result<Layout<'a>, String> {
         let scalar = |name: &&str| element.properties.iter().position(|p| p.name == **name && p.length.is_none());
         let found = NAMES.map(|names| names.iter().find_map(scalar));
         if let Some(missing) = (0..3).find(|&k| found[k].is_none()) {
             return Err(format!("vertices have no `{}`", NAMES[missing][0]));
         }
         let has = |range: std::ops::Range<usize>| range.into_iter().all(|k| found[k].is_some());
-        let (normals, uvs, colors) = (has(3..6), has(6..8), has(8..11));
-        let wanted = |k: usize| k < 3 || (k < 6 && normals) || ((6..8).contains(&k) && uvs) || (k >= 8 && colors);
+        let (normals, uvs) = (has(3..6), has(6..8));
+        let wanted = |k: usize| k < 3 || (k < 6 && normals) || (k >= 6 && uvs);
         let mut places = vec![None; element.properties.len()];
         for (place, property) in found.iter().enumerate().filter(|(place, _)| wanted(*place)) {
             if let Some(property) = property {
                 places[*property] = Some(place);
             }
         }
-        let color_kind = found[8].map_or(Kind::U8, |red| element.properties[red].kind);
-        Ok(Layout { element, places, normals, uvs, colors, color_kind })
-    }
-
-    /// Whether colours are whole numbers.
-    pub(crate) fn whole_colors(&self) -> bool {
-        self.color_kind.is_whole()
+        let colors = colors.and_then(|name| Channels::of(element, name));
+        for (property, place) in places.iter_mut().enumerate().filter(|(_, place)| place.is_none()) {
+            *place = colors.as_ref().and_then(|colors| colors.channel(property)).map(|channel| COLOR + channel);
+        }
+        Ok(Layout { element, places, normals, uvs, colors })
     }
 
     /// Bytes that a vertex takes in a mesh.
     pub(crate) fn bytes(&self) -> u64 {
-        12 + 12 * u64::from(self.normals) + 8 * u64::from(self.uvs) + 12 * u64::from(self.colors)
+        12 + 12 * u64::from(self.normals) + 8 * u64::from(self.uvs) + 12 * u64::from(self.colors.is_some())
     }
 
     #[inline(always)]
@@ -85,18 +83,6 @@ impl<'a> Layout<'a> {
             }
         }
         values.end()
-    }
-
-    /// A channel of a colour: linear, in [0, 1]. Whole numbers are stored in sRGB, others are linear.
-    fn channel(&self, stored: f64) -> f32 {
-        let share = |largest: f64| (stored / largest).clamp(0.0, 1.0) as f32;
-        match self.color_kind {
-            _ if stored.is_nan() => 1.0,
-            Kind::F32 | Kind::F64 => share(1.0),
-            Kind::I16 | Kind::U16 => srgb::decode(share(65535.0)),
-            Kind::U8 => srgb::DECODE_8[stored.clamp(0.0, 255.0) as usize],
-            _ => srgb::decode(share(255.0)),
-        }
     }
 }
 
@@ -135,7 +121,7 @@ pub(super) fn read(layout: &Layout, encoding: Encoding, source: &Source, blocks:
         positions: vec![[0.0; 3]; count],
         normals: vec![[0.0; 3]; length(layout.normals)],
         uvs: vec![[0.0; 2]; length(layout.uvs)],
-        colors: vec![[0.0; 3]; length(layout.colors)],
+        colors: vec![[0.0; 3]; length(layout.colors.is_some())],
         broken: Broken::default(),
     };
     let tasks = slots(&mut all, blocks);
@@ -177,7 +163,7 @@ pub(super) fn cut<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
 }
 
 fn block<V: Values>(layout: &Layout, values: &mut V, slots: Slots) -> Result<Broken, Fault> {
-    let (mut broken, mut record) = (Broken::default(), [0.0; NAMES.len()]);
+    let (mut broken, mut record) = (Broken::default(), Record::default());
     for k in 0..slots.block.count {
         let index = slots.block.first + k;
         layout.read(values, &mut record).map_err(|fault| within(fault, layout.element, index))?;
@@ -200,8 +186,8 @@ fn block<V: Values>(layout: &Layout, values: &mut V, slots: Slots) -> Result<Bro
                 broken.uvs.push(index as u32);
             }
         }
-        if let Some(slot) = slots.colors.get_mut(k) {
-            *slot = [red, green, blue].map(|stored| layout.channel(stored));
+        if let Some((slot, channels)) = slots.colors.get_mut(k).zip(layout.colors.as_ref()) {
+            *slot = channels.color([red, green, blue]);
         }
     }
     Ok(broken)
@@ -219,7 +205,7 @@ pub(super) fn read_positions(
     tasks.into_par_iter().try_for_each_init(Vec::new, |buffer, (block, slots)| {
         let at = block.range.start;
         let bytes = source.bytes(block.range.clone(), buffer).map_err(|error| unread(at, &error))?;
-        let mut record = [0.0; NAMES.len()];
+        let mut record = Record::default();
         with_values!(encoding, bytes, values => slots.iter_mut().try_for_each(|slot| {
             layout.read(&mut values, &mut record)?;
             let [x, y, z, ..] = record;

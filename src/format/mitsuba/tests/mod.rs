@@ -19,6 +19,7 @@ fn companions() -> TempDir {
     let quad = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 4/4 3/3 2/2 1/1\n";
     fs::write(at("quad.obj"), quad).unwrap();
     fs::write(at("dome.ply"), dome()).unwrap();
+    fs::write(at("painted.ply"), painted()).unwrap();
     let corner = |x: u32, y: u32| if x < 3 && y < 3 { 200 } else { 60 };
     RgbImage::from_fn(8, 8, |x, y| Pixel([30 + 25 * x as u8, 250 - 25 * y as u8, corner(x, y)]))
         .save(at("pic.png"))
@@ -75,6 +76,26 @@ fn dome() -> Vec<u8> {
         }
     }
     bytes
+}
+
+/// A tent of four sides, in text: sides have a colour and a tone of three numbers each, corners a heat of one.
+fn painted() -> String {
+    let corners = ["-1 0 -1 0.1", "1 0 -1 0.3", "1 0 1 0.9", "-1 0 1 0.6", "0 0.7 0 0.2"];
+    let sides = [
+        "1 0 4 1 0.1 0.1 0.9 0.2 0.1",
+        "2 1 4 0.1 0.8 0.3 0.1 0.8 0.3",
+        "3 2 4 0.2 0.3 1 0.2 0.3 0.9",
+        "0 3 4 0.7 0.7 0.1 0.7 0.7 0.1",
+    ];
+    let lines =
+        |kind: &str, names: &[&str]| names.iter().map(|name| format!("property {kind} {name}\n")).collect::<String>();
+    let (vertices, faces) = (lines("float", &["x", "y", "z", "heat_x"]), lines("float", &["red", "green", "blue"]));
+    let tones = lines("float", &["tone_r", "tone_g", "tone_b"]);
+    let mut text = format!("ply\nformat ascii 1.0\nelement vertex 5\n{vertices}element face 4\n");
+    text += &format!("property list uchar int vertex_indices\n{faces}{tones}end_header\n");
+    corners.iter().for_each(|corner| text += &format!("{corner}\n"));
+    sides.iter().for_each(|side| text += &format!("3 {side}\n"));
+    text
 }
 
 /// Reads the text as a scene that stands in `folder`.

@@ -169,6 +169,28 @@ const THINGS: &[(&str, &str)] = &[
 <translate y="1.2"/></transform><bsdf type="roughplastic"/></shape>"#,
     ),
     (
+        "face_color",
+        r#"<shape type="ply"><string name="filename" value="painted.ply"/><boolean name="face_normals" value="true"/>
+<transform name="to_world">
+<translate y="1.2"/></transform><bsdf type="twosided"><bsdf type="diffuse">
+<texture type="mesh_attribute" name="reflectance"><string name="name" value="face_color"/><float name="scale" value="0.8"/>
+</texture></bsdf></bsdf></shape>"#,
+    ),
+    (
+        "face_attribute",
+        r#"<shape type="ply"><string name="filename" value="painted.ply"/><boolean name="face_normals" value="true"/>
+<transform name="to_world">
+<translate y="1.2"/></transform><bsdf type="principled"><texture type="mesh_attribute" name="base_color">
+<string name="name" value="face_tone_color"/></texture></bsdf></shape>"#,
+    ),
+    (
+        "vertex_attribute",
+        r#"<shape type="ply"><string name="filename" value="painted.ply"/><boolean name="face_normals" value="true"/>
+<transform name="to_world">
+<translate y="1.2"/></transform><bsdf type="twosided"><bsdf type="diffuse">
+<texture type="mesh_attribute" name="reflectance"><string name="name" value="vertex_heat"/></texture></bsdf></bsdf></shape>"#,
+    ),
+    (
         "cube",
         r#"<shape type="cube"><transform name="to_world"><scale value="0.7"/><rotate y="1" angle="30"/>
 <rotate x="1" angle="40"/><translate y="1.3"/></transform><bsdf type="diffuse">

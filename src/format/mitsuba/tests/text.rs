@@ -295,3 +295,68 @@ fn damaged_scenes_never_panic() {
         }
     }
 }
+
+#[test]
+fn attributes_of_meshes_are_found_or_missed_with_their_place() {
+    let folder = companions();
+    let load = |kind: &str, file: &str, bsdf: &str| {
+        let text = format!("<scene version=\"3.0.0\">\n<shape type=\"{kind}\">{file}\n{bsdf}</shape></scene>");
+        read(folder.path(), &text).and_then(|(file, _)| file.load_scene(1))
+    };
+    let (painted, dome) =
+        ("<string name=\"filename\" value=\"painted.ply\"/>", "<string name=\"filename\" value=\"dome.ply\"/>");
+    let texture = |slot: &str, name: &str| {
+        format!("<texture type=\"mesh_attribute\" name=\"{slot}\"><string name=\"name\" value=\"{name}\"/></texture>")
+    };
+    let diffuse = |name: &str| format!("<bsdf type=\"diffuse\">{}</bsdf>", texture("reflectance", name));
+    for name in ["face_color", "face_tone_color", "vertex_heat"] {
+        load("ply", painted, &diffuse(name)).unwrap();
+    }
+    let blend = format!("<bsdf type=\"blendbsdf\">{}{}</bsdf>", diffuse("face_color"), diffuse("face_tone_color"));
+    let rough = format!("<bsdf type=\"principled\">{}</bsdf>", texture("roughness", "face_tone_color"));
+    for (kind, file, bsdf, wanted) in [
+        (
+            "ply",
+            painted,
+            diffuse("face_heat"),
+            "painted.ply: there is no attribute `face_heat` of three numbers or of one",
+        ),
+        ("ply", dome, diffuse("face_color"), "dome.ply: there is no attribute `face_color`"),
+        ("rectangle", "", diffuse("face_color"), "scene.xml:2:1: the shape `rectangle` has no attribute `face_color`"),
+        (
+            "rectangle",
+            "",
+            diffuse("vertex_color"),
+            "scene.xml:2:1: the shape `rectangle` has no attribute `vertex_color`",
+        ),
+        (
+            "ply",
+            painted,
+            diffuse("color"),
+            "scene.xml:3:22: the `name` of an attribute begins with `vertex_` or `face_`",
+        ),
+        ("ply", painted, blend, "`face_tone_color` beside `face_color`: a mesh has one attribute here"),
+        ("ply", painted, rough, "scene.xml:3:25: a number of a mesh's attribute is not read"),
+    ] {
+        let message = load(kind, file, &bsdf).map(drop).unwrap_err().to_string();
+        assert!(message.contains(wanted), "{message}: not {wanted}");
+    }
+}
+
+#[test]
+fn of_two_roughnesses_the_mean_is_taken_and_said() {
+    let folder = companions();
+    for (alphas, alpha, said) in [((0.1, 0.4), 0.25, true), ((0.3, 0.3), 0.3, false)] {
+        let (u, v) = alphas;
+        let text = format!(
+            "<scene version=\"3.0.0\"><shape type=\"sphere\">\n<bsdf type=\"roughconductor\"><float name=\"alpha_u\" value=\"{u}\"/>\
+             <float name=\"alpha_v\" value=\"{v}\"/></bsdf></shape></scene>"
+        );
+        let (file, warnings) = read(folder.path(), &text).unwrap();
+        let BsdfDescription::Conductor(metal) = &file.scene.materials.values().next().unwrap().bsdf else { panic!() };
+        assert_eq!(metal.alpha, alpha);
+        let message = "scene.xml:2: α of 0.1 along u and of 0.4 along v has no counterpart: the mean, 0.25, is taken";
+        let expected = if said { vec![message] } else { vec![] };
+        assert!(warnings.len() == expected.len() && warnings.iter().all(|w| w.ends_with(message)), "{warnings:?}");
+    }
+}

@@ -9,7 +9,7 @@ use crate::texture::ColorTexture;
 fn colors(text: &str) -> Option<Vec<[f32; 3]>> {
     let [whole, blocks] = [1 << 20, 10].map(|block| load_text(text, block).unwrap().mesh.colors);
     assert_eq!(whole, blocks, "the blocks decide nothing");
-    whole
+    whole.map(|colors| colors.values().to_vec())
 }
 
 const FACE: &str = "f 1 2 3\n";
