@@ -9,7 +9,7 @@ use super::light_groups::LightGroups;
 use super::material::Material;
 use super::{Camera, FoundCamera, Scene, SceneNames, view};
 use crate::bsdf::BsdfTables;
-use crate::embree::Device;
+use crate::embree::{BuildOptions, Device};
 use crate::film::FilmSettings;
 use crate::film::accumulate::BYTES_PER_PIXEL;
 use crate::io::clock::WallClock;
@@ -33,21 +33,19 @@ pub(crate) enum LoadStage {
 /// How a scene is loaded.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LoadOptions {
-    /// Watertight ray queries.
-    pub(crate) robust: bool,
+    pub(crate) build: BuildOptions,
     /// A picture of a library that cannot be read is an error.
     pub(crate) strict: bool,
 }
 
 impl Scene {
-    /// Loads all that the description names and builds the acceleration structure with `threads` threads (0: all);
-    /// `robust` asks for watertight ray queries.
+    /// Loads all that the description names and builds the acceleration structure with `threads` threads (0: all).
     /// Also returns warnings for the user.
     ///
     /// # Errors
     /// As [`Device::new`] and [`Scene::load_on`].
-    pub fn load(description: &SceneDescription, threads: usize, robust: bool) -> Result<(Scene, Vec<String>)> {
-        Scene::load_on(Device::new(threads)?, description, robust)
+    pub fn load(description: &SceneDescription, threads: usize, build: BuildOptions) -> Result<(Scene, Vec<String>)> {
+        Scene::load_on(Device::new(threads)?, description, build)
     }
 
     /// The same on an Embree device of the caller's.
@@ -58,9 +56,9 @@ impl Scene {
     pub(crate) fn load_on(
         device: Arc<Device>,
         description: &SceneDescription,
-        robust: bool,
+        build: BuildOptions,
     ) -> Result<(Scene, Vec<String>)> {
-        Scene::load_watched(device, description, LoadOptions { robust, ..LoadOptions::default() }, &|_| ())
+        Scene::load_watched(device, description, LoadOptions { build, ..LoadOptions::default() }, &|_| ())
     }
 
     /// The same; `watch` is told what begins.
@@ -101,7 +99,7 @@ impl Scene {
         let textures = Arc::new(cache.into_textures());
         watch(LoadStage::Building);
         let start = WallClock::start();
-        let build = Build { device, robust: options.robust, materials: &resolved, textures: &textures };
+        let build = Build { device, options: options.build, materials: &resolved, textures: &textures };
         let (meshes, instances, geometry) = build.world(description, meshes)?;
         let build_seconds = start.elapsed().as_secs_f64();
 
