@@ -12,6 +12,7 @@ use crate::bsdf::BsdfTables;
 use crate::embree::{BuildOptions, Device};
 use crate::film::FilmSettings;
 use crate::film::accumulate::BYTES_PER_PIXEL;
+use crate::geometry::Mesh;
 use crate::io::clock::WallClock;
 use crate::io::memory;
 use crate::light::{Findings, Light, LightUnit};
@@ -97,6 +98,7 @@ impl Scene {
         let groups = light_groups.of_lights(description, &far)?;
         let content_hash = content_hash(description, &hashes, &materials, &mut cache, &found.pictures)?;
         let textures = Arc::new(cache.into_textures());
+        let meshes = if textures.is_empty() { without_uvs(meshes) } else { meshes };
         watch(LoadStage::Building);
         let start = WallClock::start();
         let build = Build { device, options: options.build, materials: &resolved, textures: &textures };
@@ -198,6 +200,13 @@ impl Scene {
 
 const SKY_IS_ADDED: &str = "a constant sky of radiance 1 is added";
 
+/// The meshes without texture coordinates, which nothing asks for where there are no pictures: in large scenes each of them would be
+/// read from memory, at every vertex.
+fn without_uvs(mut meshes: Vec<Mesh>) -> Vec<Mesh> {
+    meshes.iter_mut().for_each(|mesh| mesh.uvs = None);
+    meshes
+}
+
 /// The materials with their emission in this unit.
 fn in_unit(materials: &[Material], unit: LightUnit) -> Arc<Vec<Material>> {
     Arc::new(materials.iter().map(|m| m.with_emission(|emission| unit.divide(emission))).collect())
@@ -225,3 +234,7 @@ fn content_hash(
         hash::Content { meshes: hashes, materials, picture: &mut |path| Ok(pictures[cache.get(path)?]), environments };
     hash::content(description, content)
 }
+
+#[cfg(test)]
+#[path = "load_tests.rs"]
+mod tests;
