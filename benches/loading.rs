@@ -59,7 +59,7 @@ fn tobj_triangles(path: &Path) -> Result<usize, String> {
 
 fn scene_triangles(path: &Path) -> phototaxis::Result<usize> {
     let (description, _) = format::load(path, &[])?;
-    Ok(Scene::load(&description.scene, 0, description.render.robust)?.0.triangles())
+    Ok(Scene::load(&description.scene, 0, description.render.build)?.0.triangles())
 }
 
 /// Bytes; 0 where the system does not say.

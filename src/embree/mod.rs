@@ -9,6 +9,7 @@
 )]
 
 mod batch;
+mod build;
 mod coherence;
 mod compat;
 mod device;
@@ -29,6 +30,7 @@ mod sys {
 }
 
 pub(crate) use batch::{HitBatch, ShadowBatch};
+pub use build::{BuildOptions, BuildQuality};
 pub(crate) use coherence::Coherence;
 pub use device::Device;
 pub(crate) use geometry::{Instance, LARGEST_COORDINATE, OpacityTest, SMALLEST_EXTENT};

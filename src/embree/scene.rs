@@ -1,5 +1,6 @@
 //! Embree's scene: built once, then only asked.
 
+use super::build::{BuildOptions, BuildQuality};
 use super::coherence::Coherence;
 use super::device::Device;
 use super::geometry::{Filter, Instance, OpacityTest, filter};
@@ -20,6 +21,7 @@ pub(crate) struct Triangles<'a> {
 /// Collects geometry for a [`Scene`]. The geometries of a scene are numbered in the order in which they are added.
 pub(crate) struct SceneBuilder {
     scene: Scene,
+    quality: BuildQuality,
 }
 
 /// A committed scene. Queries may come from any number of threads.
@@ -42,8 +44,8 @@ unsafe impl Send for Scene {}
 unsafe impl Sync for Scene {}
 
 impl SceneBuilder {
-    /// An empty scene. `robust` closes the last gaps at shared edges, for about a quarter of the speed.
-    pub(crate) fn new(device: &Arc<Device>, robust: bool) -> Result<SceneBuilder> {
+    /// An empty scene.
+    pub(crate) fn new(device: &Arc<Device>, options: BuildOptions) -> Result<SceneBuilder> {
         // SAFETY: the device is live; a null scene is caught by `check`.
         let handle = unsafe { sys::rtcNewScene(device.handle()) };
         device.check("making a scene")?;
@@ -55,10 +57,13 @@ impl SceneBuilder {
             filters: Vec::new(),
             instanced: Vec::new(),
         };
-        let flags = if robust { sys::RTC_SCENE_FLAG_ROBUST } else { sys::RTC_SCENE_FLAG_NONE };
+        let flags = if options.robust { sys::RTC_SCENE_FLAG_ROBUST } else { sys::RTC_SCENE_FLAG_NONE };
         // SAFETY: the scene is live.
-        unsafe { sys::rtcSetSceneFlags(handle, flags) };
-        Ok(SceneBuilder { scene })
+        unsafe {
+            sys::rtcSetSceneFlags(handle, flags);
+            sys::rtcSetSceneBuildQuality(handle, options.quality.as_embree());
+        }
+        Ok(SceneBuilder { scene, quality: options.quality })
     }
 
     /// Adds a mesh without copying it, and returns its geometry id. The scene keeps `owner`, to which the buffers belong
@@ -124,6 +129,8 @@ impl SceneBuilder {
         let id = unsafe {
             // Embree 4 starts with another mask than Embree 3.
             sys::rtcSetGeometryMask(geometry, u32::MAX);
+            // A scene of low quality builds each of its meshes by that of the mesh, and meshes start with medium.
+            sys::rtcSetGeometryBuildQuality(geometry, self.quality.as_embree());
             sys::rtcCommitGeometry(geometry);
             let id = sys::rtcAttachGeometry(self.scene.handle, geometry);
             sys::rtcReleaseGeometry(geometry);

@@ -6,7 +6,7 @@ use glam::{Affine3A, Vec3};
 use std::sync::Arc;
 
 /// A bumpy closed surface: `n`² quads over the sphere, enough for hits at all angles.
-fn bumpy_ball(n: u32) -> Arc<Mesh> {
+pub(super) fn bumpy_ball(n: u32) -> Arc<Mesh> {
     let mut mesh = Mesh::default();
     for i in 0..=n {
         for j in 0..=n {
@@ -27,6 +27,8 @@ fn bumpy_ball(n: u32) -> Arc<Mesh> {
     Arc::new(mesh)
 }
 
+const ROBUST: BuildOptions = BuildOptions { robust: true, quality: BuildQuality::Medium };
+
 fn buffers(mesh: &Mesh) -> Triangles<'_> {
     Triangles { positions: &mesh.positions, triangles: &mesh.triangles }
 }
@@ -41,12 +43,16 @@ fn ball_scenes() -> impl Iterator<Item = (Isa, Scene)> {
 }
 
 fn ball_scene_on(device: &Arc<Device>) -> Scene {
-    let mut builder = SceneBuilder::new(device, false).unwrap();
-    builder.add_mesh(bumpy_ball(64), buffers, None).unwrap();
+    built(device, bumpy_ball(64), BuildOptions::default())
+}
+
+pub(super) fn built(device: &Arc<Device>, mesh: Arc<Mesh>, options: BuildOptions) -> Scene {
+    let mut builder = SceneBuilder::new(device, options).unwrap();
+    builder.add_mesh(mesh, buffers, None).unwrap();
     builder.commit().unwrap()
 }
 
-fn random_rays(n: usize) -> Vec<Ray> {
+pub(super) fn random_rays(n: usize) -> Vec<Ray> {
     let mut rng = Rng::new(7);
     let mut point = || warp::square_to_uniform_sphere(rng.f32x2());
     (0..n)
@@ -181,7 +187,7 @@ fn a_see_through_mesh_lets_rays_pass_where_its_test_says() {
     let mut mesh = Mesh { positions: vec![[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], ..Mesh::default() };
     mesh.triangles.push([0, 1, 2]);
     mesh.positions.reserve(1);
-    let mut builder = SceneBuilder::new(&Device::new(1).unwrap(), false).unwrap();
+    let mut builder = SceneBuilder::new(&Device::new(1).unwrap(), BuildOptions::default()).unwrap();
     builder.add_mesh(Arc::new(mesh), buffers, Some(Box::new(LeftHalf))).unwrap();
     let scene = builder.commit().unwrap();
     let (mut hits, mut shadows) = (HitBatch::<Packet16>::with_capacity(16), ShadowBatch::<Shadow16>::with_capacity(16));
@@ -202,10 +208,10 @@ fn a_see_through_mesh_lets_rays_pass_where_its_test_says() {
 #[test]
 fn instances_share_a_mesh_and_are_told_apart() {
     let device = Device::new(1).unwrap();
-    let mut inner = SceneBuilder::new(&device, false).unwrap();
+    let mut inner = SceneBuilder::new(&device, BuildOptions::default()).unwrap();
     inner.add_mesh(bumpy_ball(16), buffers, None).unwrap();
     let inner = Arc::new(inner.commit().unwrap());
-    let mut outer = SceneBuilder::new(&device, false).unwrap();
+    let mut outer = SceneBuilder::new(&device, BuildOptions::default()).unwrap();
     let place = |x: f32| Instance { scene: inner.clone(), to_world: Affine3A::from_translation(Vec3::X * x) };
     let ids = [-3.0, 3.0].map(|x| outer.add_instance(place(x)).unwrap());
     let scene = outer.commit().unwrap();
@@ -218,7 +224,7 @@ fn instances_share_a_mesh_and_are_told_apart() {
 #[test]
 fn all_memory_is_given_back() {
     let device = Device::new(1).unwrap();
-    let mut builder = SceneBuilder::new(&device, false).unwrap();
+    let mut builder = SceneBuilder::new(&device, BuildOptions::default()).unwrap();
     builder.add_mesh(bumpy_ball(64), buffers, None).unwrap();
     let scene = builder.commit().unwrap();
     assert!(device.memory() > 100_000, "{} bytes", device.memory());
@@ -231,7 +237,7 @@ fn a_mesh_that_would_be_read_out_of_bounds_is_refused() {
     let mut mesh = Mesh { positions: Vec::with_capacity(4), triangles: vec![[0, 1, 3]], ..Mesh::default() };
     mesh.positions.extend([[0.0; 3]; 3]);
     let device = Device::new(1).unwrap();
-    let mut builder = SceneBuilder::new(&device, false).unwrap();
+    let mut builder = SceneBuilder::new(&device, BuildOptions::default()).unwrap();
     assert!(builder.add_mesh(Arc::new(mesh.clone()), buffers, None).is_err(), "index out of range");
     mesh.triangles[0][2] = 2;
     mesh.positions.shrink_to_fit();
@@ -240,7 +246,7 @@ fn a_mesh_that_would_be_read_out_of_bounds_is_refused() {
 
 #[test]
 fn an_empty_scene_has_no_bounds_and_no_hits() {
-    let scene = SceneBuilder::new(&Device::new(1).unwrap(), true).unwrap().commit().unwrap();
+    let scene = SceneBuilder::new(&Device::new(1).unwrap(), ROBUST).unwrap().commit().unwrap();
     assert!(scene.bounds().is_none());
     assert!(scene.intersect(&Ray { org: Vec3::ZERO, dir: Vec3::X, tfar: f32::INFINITY }).is_none());
 }
@@ -284,7 +290,7 @@ fn packed_rays_are_those_that_are_pushed_one_by_one() {
 #[test]
 fn what_goes_beyond_the_memory_is_an_error_and_not_an_abort() {
     let build = |limit: i64| -> crate::Result<Scene> {
-        let mut builder = SceneBuilder::new(&Device::within(limit, None, 2)?, false)?;
+        let mut builder = SceneBuilder::new(&Device::within(limit, None, 2)?, BuildOptions::default())?;
         builder.add_mesh(bumpy_ball(256), buffers, None)?;
         builder.commit()
     };

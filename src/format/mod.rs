@@ -74,7 +74,7 @@ impl SceneFile {
         watch: &dyn Fn(LoadStage),
     ) -> Result<(Scene, Vec<String>)> {
         self.check_memory()?;
-        let options = LoadOptions { robust: self.render.robust, strict: self.render.strict };
+        let options = LoadOptions { build: self.render.build, strict: self.render.strict };
         let loaded = Scene::load_watched(device, &self.scene, options, watch)?;
         // what the scene took is no longer there
         self.check_memory()?;

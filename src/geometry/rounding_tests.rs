@@ -2,7 +2,7 @@
 //! stood here once, is counted beside: it is the yardstick of the table in docs/performance.md.
 
 use super::*;
-use crate::embree::{Device, Instance, Scene, SceneBuilder, Triangles};
+use crate::embree::{BuildOptions, Device, Instance, Scene, SceneBuilder, Triangles};
 use crate::geometry::{Hit, Mesh, Placement, Ray, SurfaceInteraction};
 use crate::math::rng::Rng;
 use crate::math::{Frame, warp};
@@ -30,11 +30,12 @@ struct World {
 impl World {
     fn new(robust: bool, meshes: Vec<Arc<Mesh>>, place: Option<Affine3A>) -> World {
         let device = Device::new(1).unwrap();
-        let mut builder = SceneBuilder::new(&device, robust).unwrap();
+        let options = BuildOptions { robust, ..BuildOptions::default() };
+        let mut builder = SceneBuilder::new(&device, options).unwrap();
         meshes.iter().for_each(|mesh| _ = builder.add_mesh(mesh.clone(), buffers, None).unwrap());
         let mut scene = builder.commit().unwrap();
         if let Some(to_world) = place {
-            let mut outer = SceneBuilder::new(&device, robust).unwrap();
+            let mut outer = SceneBuilder::new(&device, options).unwrap();
             outer.add_instance(Instance { scene: Arc::new(scene), to_world }).unwrap();
             scene = outer.commit().unwrap();
         }

@@ -135,6 +135,20 @@ impl PathPacket {
         analog: [0.0; LANES],
     };
 
+    /// Paths that begin at a camera.
+    pub(crate) fn at_camera(slot: [u32; LANES], keys: PathKeys<LANES>) -> PathPacket {
+        let mut throughput = Vec3Lanes::ZERO;
+        throughput.set_rows([&[1.0; LANES]; 3]);
+        PathPacket {
+            slot,
+            throughput,
+            keys,
+            pdf: [f32::INFINITY; LANES],
+            normal: Vec3Lanes::ZERO,
+            analog: [1.0; LANES],
+        }
+    }
+
     #[inline(always)]
     fn set(&mut self, lane: usize, slot: u32, state: PathState) {
         let PathState { throughput, keys, pdf, normal, analog } = state;

@@ -9,7 +9,7 @@ mod scatter;
 mod shade;
 
 use super::backward_pass::WaveRecord;
-use super::batch::{Batch, BatchResult, Counters, PathState, Task, Wave};
+use super::batch::{Batch, BatchResult, Counters, PathPacket, PathState, Task, Wave};
 use super::probe::{Cast, Probe, Stage};
 use super::roulette::RouletteNormalisation;
 use super::sampler::{CameraNumbers, PathKey, PathKeys, Sampler, SamplerKind};
@@ -18,7 +18,7 @@ use crate::embree::Coherence;
 use crate::film::RadianceLayer;
 use crate::film::ids::NOTHING;
 use crate::film::tile::{Aovs, Tile};
-use crate::geometry::Ray;
+use crate::geometry::{Ray, RayRows};
 use crate::guiding::Field;
 use crate::guiding::settings::GuidingSettings;
 use crate::integrator::IntegratorSettings;
@@ -26,7 +26,7 @@ use crate::io::clock::{CpuClock, WallClock};
 use crate::math::Rgb;
 use crate::math::rng::Rng;
 use crate::scene::{Camera, Scene};
-use crate::simd::LANES;
+use crate::simd::{LANES, Packing, Vec3Lanes};
 use glam::Vec3;
 use std::time::Duration;
 
@@ -204,15 +204,24 @@ impl<'a, P: Probe> Wavefront<'a, '_, P> {
         for (k, &(x, y)) in pixels.iter().enumerate() {
             keys.set(k, PathKey::new(seed, camera.pixel(tile.x + x, tile.y + y), sequence, number));
         }
-        let CameraNumbers { film, lens } = self.sampler.camera(&keys);
+        let [mut slot, mut across, mut down] = [[0; LANES]; 3];
         for (k, &(x, y)) in pixels.iter().enumerate() {
-            let [film, lens] = [&film, &lens].map(|[u, v]| [u[k], v[k]]);
-            let slot = sample * tile.pixels() as u32 + y * tile.width + x;
-            let (keys, pdf, normal) = (keys.get(k), f32::INFINITY, Vec3::ZERO);
-            let state = PathState { throughput: Rgb::ONE, keys, pdf, normal, analog: 1.0 };
-            self.batch.wave.rays.push(&camera.sample_ray(tile.x + x, tile.y + y, film, lens));
-            self.batch.wave.paths.push(slot, state);
+            slot[k] = sample * tile.pixels() as u32 + y * tile.width + x;
+            (across[k], down[k]) = (tile.x + x, tile.y + y);
         }
+        let (mut org, mut dir) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO);
+        if camera.has_lens() {
+            let CameraNumbers { film, lens } = self.sampler.camera(&keys);
+            camera.rays([&across, &down], &film, [&mut org, &mut dir]);
+            camera.bend(&lens, [&mut org, &mut dir]);
+        } else {
+            camera.rays([&across, &down], &self.sampler.film(&keys), [&mut org, &mut dir]);
+        }
+        let (keeps_normals, Wave { rays, paths }) = (self.keeps_normals(), &mut self.batch.wave);
+        let chosen = u16::MAX >> (LANES - pixels.len());
+        let packing = Packing::new(chosen, rays.len());
+        rays.pack(&packing, &RayRows { org: org.rows(), dir: dir.rows(), tfar: &[f32::INFINITY; LANES] });
+        paths.pack(&packing, &PathPacket::at_camera(slot, keys), keeps_normals);
     }
 
     /// All bounces of all paths: intersect, shade, shadow rays, and then the rays with which they go on. `false` where

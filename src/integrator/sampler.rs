@@ -174,6 +174,13 @@ impl Sampler {
         CameraNumbers { film: [units(&x), units(&y)], lens: [units(&u), units(&v)] }
     }
 
+    /// [`CameraNumbers::film`] alone, where there is no lens.
+    #[inline]
+    pub(crate) fn film<const N: usize>(self, keys: &PathKeys<N>) -> [[f32; N]; 2] {
+        let [x, y] = self.words(Set::Camera, keys);
+        [units(&x), units(&y)]
+    }
+
     #[inline]
     pub(crate) fn light<const N: usize>(self, keys: &PathKeys<N>, vertex: u32) -> LightNumbers<N> {
         let [u, v, choice] = self.words(Set::Light(vertex), keys);

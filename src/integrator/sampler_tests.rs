@@ -50,6 +50,7 @@ fn paths_side_by_side_have_the_numbers_of_each_alone() {
             let branches = keys.branch(vertex, 2);
             let (camera, light) = (wide.camera(&keys), wide.light(&keys, vertex));
             let (roulette, direction) = (wide.roulette(&keys, vertex), wide.direction(&keys, vertex));
+            assert_eq!(wide.film(&keys), camera.film, "the same numbers, or all of them");
             assert_eq!(wide.direction_point(&keys, vertex), direction.point, "the same numbers, or all of them");
             for k in 0..LANES {
                 let own = keys.get(k);

@@ -1,6 +1,7 @@
 //! How a render is asked for.
 
 use crate::document::{Fault, Reader, key};
+use crate::embree::{BuildOptions, BuildQuality};
 use crate::film::{Combine, ExtraLayer, RadianceLayer};
 use crate::integrator::SamplerKind;
 
@@ -26,8 +27,8 @@ pub struct RenderSettings {
     pub order: Order,
     /// What the EXR also holds.
     pub(crate) layers: Vec<ExtraLayer>,
-    /// Watertight ray queries: no ray slips between two triangles that share an edge, for about a quarter of the speed.
-    pub robust: bool,
+    /// Of Embree's acceleration structure.
+    pub build: BuildOptions,
     /// Pictures of material libraries that are missing or cannot be read are errors.
     pub strict: bool,
 }
@@ -44,7 +45,7 @@ impl Default for RenderSettings {
             combine: Combine::InverseVariance,
             order: Order::Progressive,
             layers: Vec::new(),
-            robust: false,
+            build: BuildOptions::default(),
             strict: false,
         }
     }
@@ -71,7 +72,8 @@ impl RenderSettings {
         t.integer(key("seed", SEED), 0..=u64::MAX, &mut self.seed)?;
         t.choice(key("sampler", SAMPLER), &SamplerKind::NAMES, &mut self.sampler)?;
         let robust = "no ray slips between two triangles that share an edge, for about a quarter of the speed";
-        t.flag(key("robust", robust), &mut self.robust)?;
+        t.flag(key("robust", robust), &mut self.build.robust)?;
+        t.choice(key("build_quality", BUILD_QUALITY), &BuildQuality::NAMES, &mut self.build.quality)?;
         t.choices(key("layers", LAYERS), ExtraLayer::NAMES, &mut self.layers)?;
         let strict = "a picture of a material library (MTL) that is missing or cannot be read is an error; else it is a warning, and half \
                       of the colour stands in its place";
@@ -92,6 +94,10 @@ const SEED: &str = "of all random numbers: the same seed and `spp` give the same
     by one build of the program at one instruction set of Embree's (see [processors.md](processors.md#the-same-picture-bit-for-bit))";
 const SAMPLER: &str = "how the samples of a pixel are spread: evenly, by scrambled Sobol' points, or as independent random numbers; see \
     [sampling.md](sampling.md)";
+const BUILD_QUALITY: &str = "of Embree's acceleration structure: how long it takes to build against how long every ray takes after that. `low` \
+    is for previews and short budgets in large scenes: built in a quarter to a half of the time, and rendered about a fifth more slowly. `high` cuts \
+    large triangles apart and takes twice as long or more. Rays meet the same triangles. See \
+    [performance.md](performance.md#quality-of-the-build)";
 const LAYERS: &str = "what the EXR also holds, each under its name: light apart, which emitters and surroundings send to the camera by \
     themselves, which one surface has scattered, and which several have (together they are the picture); the light of each group of lights (`light_group`); places and normals of the \
     triangles that the camera sees. See [pictures.md](pictures.md#layers)";

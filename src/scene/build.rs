@@ -3,7 +3,9 @@
 use super::description::{InstanceDescription, SceneDescription};
 use super::instances::Instances;
 use super::material::{Material, opacity_test};
-use crate::embree::{self, Device, Instance, LARGEST_COORDINATE, SMALLEST_EXTENT, SceneBuilder, Triangles};
+use crate::embree::{
+    self, BuildOptions, Device, Instance, LARGEST_COORDINATE, SMALLEST_EXTENT, SceneBuilder, Triangles,
+};
 use crate::error::SourceLocation;
 use crate::geometry::{Mesh, Placement};
 use crate::texture::Texture;
@@ -15,7 +17,7 @@ use std::sync::Arc;
 /// What acceleration structures are made with.
 pub(super) struct Build<'a> {
     pub(crate) device: Arc<Device>,
-    pub(crate) robust: bool,
+    pub(crate) options: BuildOptions,
     pub(crate) materials: &'a Arc<Vec<Material>>,
     pub(crate) textures: &'a Arc<Vec<Texture>>,
 }
@@ -61,7 +63,7 @@ impl Build<'_> {
 
     /// A structure of these meshes, in their order.
     fn start(&self, meshes: &[Arc<Mesh>]) -> Result<SceneBuilder> {
-        let mut builder = SceneBuilder::new(&self.device, self.robust)?;
+        let mut builder = SceneBuilder::new(&self.device, self.options)?;
         for mesh in meshes {
             builder.add_mesh(mesh.clone(), buffers, opacity_test(mesh, self.materials, self.textures))?;
         }

@@ -4,6 +4,7 @@ use crate::film::{FilmSettings, Filter};
 use crate::geometry::Ray;
 use crate::math::warp::square_to_disk;
 use crate::scene::description::{CameraDescription, Projection};
+use crate::simd::{LANES, Lanes, Vec3Lanes};
 use crate::{Error, Result};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -125,13 +126,46 @@ impl Camera {
         Camera { view, width, height, left: 0, top: 0, columns: width, ..self.clone() }
     }
 
-    /// A ray of pixel `(x, y)`, counted from the upper left, through a point of the filter drawn by `u` and one of the lens.
-    #[inline]
-    pub(crate) fn sample_ray(&self, x: u32, y: u32, u: [f32; 2], on_lens: [f32; 2]) -> Ray {
-        let ray = self.ray(x, y, u);
-        match &self.lens {
-            None => ray,
-            Some(lens) => lens.bend(&ray, on_lens),
+    /// Whether rays come from more than one point of a lens.
+    pub(crate) fn has_lens(&self) -> bool {
+        self.lens.is_some()
+    }
+
+    /// [`Self::ray`] for a packet: whence rays come and whither they go.
+    #[inline(always)]
+    pub(crate) fn rays(&self, [x, y]: [&[u32; LANES]; 2], u: &[Lanes; 2], [org, dir]: [&mut Vec3Lanes; 2]) {
+        let mut on_film = [[0.0; LANES]; 2];
+        for k in 0..LANES {
+            on_film[0][k] = self.filter.place(self.left + x[k], u[0][k]);
+            on_film[1][k] = self.filter.place(self.top + y[k], u[1][k]);
+        }
+        let [x, y] = &on_film;
+        // one loop for each kind, without a choice in it
+        match self.view {
+            View::Perspective { corner, right, down } => {
+                for k in 0..LANES {
+                    org.set(k, self.origin);
+                    dir.set(k, towards(corner, right * x[k], down * y[k]));
+                }
+            }
+            View::Orthographic { .. } | View::Panorama { .. } => {
+                for k in 0..LANES {
+                    let (from, to) = self.view.ray(self.origin, x[k], y[k]);
+                    org.set(k, from);
+                    dir.set(k, to);
+                }
+            }
+        }
+    }
+
+    /// Moves such rays, which go through the middle of the lens, to points of it that are drawn by `u`.
+    pub(crate) fn bend(&self, u: &[Lanes; 2], [org, dir]: [&mut Vec3Lanes; 2]) {
+        if let Some(lens) = &self.lens {
+            for k in 0..LANES {
+                let (from, to) = lens.bend(org.get(k), dir.get(k), [u[0][k], u[1][k]]);
+                org.set(k, from);
+                dir.set(k, to);
+            }
         }
     }
 
@@ -139,24 +173,33 @@ impl Camera {
     /// are importance sampled (Ernst et al. 2006), so every sample has weight 1 and stays in its pixel's sum.
     #[inline]
     pub(crate) fn ray(&self, x: u32, y: u32, u: [f32; 2]) -> Ray {
-        let (x, y) = (self.left + x, self.top + y);
-        let (fx, fy) = (x as f32 + 0.5 + self.filter.warp(u[0]), y as f32 + 0.5 + self.filter.warp(u[1]));
-        let (org, dir) = match self.view {
-            View::Perspective { corner, right, down } => (self.origin, (corner + right * fx + down * fy).normalize()),
-            View::Orthographic { forward, corner, right, down } => {
-                (self.origin + (corner + right * fx + down * fy), forward)
-            }
-            View::Panorama { forward, right, up, pixel, middle } => {
-                let (azimuth, elevation) = ((fx - middle[0]) * pixel[0], (middle[1] - fy) * pixel[1]);
-                let level = forward * azimuth.cos() + right * azimuth.sin();
-                (self.origin, (level * elevation.cos() + up * elevation.sin()).normalize())
-            }
-        };
+        let (x, y) = (self.filter.place(self.left + x, u[0]), self.filter.place(self.top + y, u[1]));
+        let (org, dir) = self.view.ray(self.origin, x, y);
         Ray { org, dir, tfar: f32::INFINITY }
     }
 }
 
+/// The unit vector to a point of the film at unit distance.
+#[inline(always)]
+fn towards(corner: Vec3, right: Vec3, down: Vec3) -> Vec3 {
+    (corner + right + down).normalize()
+}
+
 impl View {
+    /// Whence and whither rays go through a place of the film, in pixels; `origin` is the camera's.
+    #[inline]
+    fn ray(&self, origin: Vec3, x: f32, y: f32) -> (Vec3, Vec3) {
+        match *self {
+            View::Perspective { corner, right, down } => (origin, towards(corner, right * x, down * y)),
+            View::Orthographic { forward, corner, right, down } => (origin + (corner + right * x + down * y), forward),
+            View::Panorama { forward, right, up, pixel, middle } => {
+                let (azimuth, elevation) = ((x - middle[0]) * pixel[0], (middle[1] - y) * pixel[1]);
+                let level = forward * azimuth.cos() + right * azimuth.sin();
+                (origin, (level * elevation.cos() + up * elevation.sin()).normalize())
+            }
+        }
+    }
+
     fn new(c: &CameraDescription, [forward, side, up]: [Vec3; 3], film: &FilmSettings) -> View {
         let (columns, rows) = (film.width as f32, film.height as f32);
         let aspect = columns / rows;
@@ -183,16 +226,22 @@ impl View {
 }
 
 impl Lens {
-    /// The ray from a point of the lens, drawn by `u` evenly over its disk, to where `ray` meets the plane of focus.
-    fn bend(&self, ray: &Ray, u: [f32; 2]) -> Ray {
+    /// The ray from a point of the lens, drawn by `u` evenly over its disk, to where the one along `dir` meets the plane of focus.
+    fn bend(&self, org: Vec3, dir: Vec3, u: [f32; 2]) -> (Vec3, Vec3) {
         let on_lens = square_to_disk(u);
         let offset = self.right * on_lens.x + self.up * on_lens.y;
-        let to_focus = ray.dir * (self.focus / ray.dir.dot(self.forward));
-        Ray { org: ray.org + offset, dir: (to_focus - offset).normalize(), tfar: ray.tfar }
+        let to_focus = dir * (self.focus / dir.dot(self.forward));
+        (org + offset, (to_focus - offset).normalize())
     }
 }
 
 impl Filter {
+    /// A place in the film, in pixels, of the pixel of this number along an edge.
+    #[inline(always)]
+    fn place(self, pixel: u32, u: f32) -> f32 {
+        pixel as f32 + 0.5 + self.warp(u)
+    }
+
     /// A position in pixels from the centre, distributed like the filter.
     #[inline]
     pub(crate) fn warp(self, u: f32) -> f32 {

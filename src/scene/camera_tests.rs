@@ -25,6 +25,32 @@ fn near(a: Vec3, b: Vec3) -> bool {
     (a - b).length() < 1e-5
 }
 
+/// What a packet has in its last lane for this pixel; its others are of other pixels.
+fn sampled(camera: &Camera, [x, y]: [u32; 2], film: [f32; 2], lens: [f32; 2]) -> Ray {
+    let row = |last: f32| std::array::from_fn(|k| if k == LANES - 1 { last } else { k as f32 / 20.0 });
+    let pixels = [x, y].map(|last| std::array::from_fn(|k| if k == LANES - 1 { last } else { 3 * k as u32 }));
+    let (mut org, mut dir) = (Vec3Lanes::ZERO, Vec3Lanes::ZERO);
+    camera.rays(pixels.each_ref(), &film.map(row), [&mut org, &mut dir]);
+    camera.bend(&lens.map(row), [&mut org, &mut dir]);
+    Ray { org: org.get(LANES - 1), dir: dir.get(LANES - 1), tfar: f32::INFINITY }
+}
+
+#[test]
+fn rays_side_by_side_are_those_of_each_alone() {
+    let mut rng = Rng::new(8);
+    for projection in [Projection::Perspective, Projection::Orthographic, Projection::Panorama] {
+        for filter in [Filter::Box, Filter::Tent, Filter::Gaussian] {
+            let described = described(|c| (c.projection, c.view_height) = (projection, 3.0));
+            let camera = Camera::new(&described, &FilmSettings { filter, ..film(Some([30, 40, 60, 20])) }).unwrap();
+            for x in 0..60 {
+                let (y, u) = (rng.next_u32() % 20, rng.f32x2());
+                let (one, many) = (camera.ray(x, y, u), sampled(&camera, [x, y], u, rng.f32x2()));
+                assert_eq!((one.org, one.dir), (many.org, many.dir), "{projection:?}, {filter:?}, {x}, {y}");
+            }
+        }
+    }
+}
+
 #[test]
 fn an_orthographic_camera_looks_one_way_from_a_plane() {
     let camera = on_film(|c| (c.projection, c.view_height) = (Projection::Orthographic, 3.0));
@@ -53,7 +79,7 @@ fn a_lens_is_sharp_in_its_plane_and_a_disk_elsewhere() {
     let (mut rng, mut sum, n) = (Rng::new(3), 0.0, 4000);
     for _ in 0..n {
         let (film, lens) = (rng.f32x2(), rng.f32x2());
-        let (ray, sharp) = (camera.sample_ray(20, 30, film, lens), camera.ray(20, 30, film));
+        let (ray, sharp) = (sampled(&camera, [20, 30], film, lens), camera.ray(20, 30, film));
         let at = |ray: &Ray, z: f32| ray.org + ray.dir * ((z - ray.org.z) / ray.dir.z);
         assert!(near(at(&ray, 3.0), at(&sharp, 3.0)), "the plane of focus is 2 before the camera");
         let off = (ray.org - sharp.org).length();

@@ -9,9 +9,10 @@ use super::light_groups::LightGroups;
 use super::material::Material;
 use super::{Camera, FoundCamera, Scene, SceneNames, view};
 use crate::bsdf::BsdfTables;
-use crate::embree::Device;
+use crate::embree::{BuildOptions, Device};
 use crate::film::FilmSettings;
 use crate::film::accumulate::BYTES_PER_PIXEL;
+use crate::geometry::Mesh;
 use crate::io::clock::WallClock;
 use crate::io::memory;
 use crate::light::{Findings, Light, LightUnit};
@@ -33,21 +34,19 @@ pub(crate) enum LoadStage {
 /// How a scene is loaded.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LoadOptions {
-    /// Watertight ray queries.
-    pub(crate) robust: bool,
+    pub(crate) build: BuildOptions,
     /// A picture of a library that cannot be read is an error.
     pub(crate) strict: bool,
 }
 
 impl Scene {
-    /// Loads all that the description names and builds the acceleration structure with `threads` threads (0: all);
-    /// `robust` asks for watertight ray queries.
+    /// Loads all that the description names and builds the acceleration structure with `threads` threads (0: all).
     /// Also returns warnings for the user.
     ///
     /// # Errors
     /// As [`Device::new`] and [`Scene::load_on`].
-    pub fn load(description: &SceneDescription, threads: usize, robust: bool) -> Result<(Scene, Vec<String>)> {
-        Scene::load_on(Device::new(threads)?, description, robust)
+    pub fn load(description: &SceneDescription, threads: usize, build: BuildOptions) -> Result<(Scene, Vec<String>)> {
+        Scene::load_on(Device::new(threads)?, description, build)
     }
 
     /// The same on an Embree device of the caller's.
@@ -58,9 +57,9 @@ impl Scene {
     pub(crate) fn load_on(
         device: Arc<Device>,
         description: &SceneDescription,
-        robust: bool,
+        build: BuildOptions,
     ) -> Result<(Scene, Vec<String>)> {
-        Scene::load_watched(device, description, LoadOptions { robust, ..LoadOptions::default() }, &|_| ())
+        Scene::load_watched(device, description, LoadOptions { build, ..LoadOptions::default() }, &|_| ())
     }
 
     /// The same; `watch` is told what begins.
@@ -99,9 +98,10 @@ impl Scene {
         let groups = light_groups.of_lights(description, &far)?;
         let content_hash = content_hash(description, &hashes, &materials, &mut cache, &found.pictures)?;
         let textures = Arc::new(cache.into_textures());
+        let meshes = if textures.is_empty() { without_uvs(meshes) } else { meshes };
         watch(LoadStage::Building);
         let start = WallClock::start();
-        let build = Build { device, robust: options.robust, materials: &resolved, textures: &textures };
+        let build = Build { device, options: options.build, materials: &resolved, textures: &textures };
         let (meshes, instances, geometry) = build.world(description, meshes)?;
         let build_seconds = start.elapsed().as_secs_f64();
 
@@ -200,6 +200,13 @@ impl Scene {
 
 const SKY_IS_ADDED: &str = "a constant sky of radiance 1 is added";
 
+/// The meshes without texture coordinates, which nothing asks for where there are no pictures: in large scenes each of them would be
+/// read from memory, at every vertex.
+fn without_uvs(mut meshes: Vec<Mesh>) -> Vec<Mesh> {
+    meshes.iter_mut().for_each(|mesh| mesh.uvs = None);
+    meshes
+}
+
 /// The materials with their emission in this unit.
 fn in_unit(materials: &[Material], unit: LightUnit) -> Arc<Vec<Material>> {
     Arc::new(materials.iter().map(|m| m.with_emission(|emission| unit.divide(emission))).collect())
@@ -227,3 +234,7 @@ fn content_hash(
         hash::Content { meshes: hashes, materials, picture: &mut |path| Ok(pictures[cache.get(path)?]), environments };
     hash::content(description, content)
 }
+
+#[cfg(test)]
+#[path = "load_tests.rs"]
+mod tests;

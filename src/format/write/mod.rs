@@ -5,6 +5,7 @@ mod pictures;
 mod values;
 
 use super::SceneFile;
+use crate::embree::BuildQuality;
 use crate::film::{FilmSettings, Filter};
 use crate::guiding::settings::GuidingSettings;
 use crate::image::Exposure;
@@ -91,7 +92,8 @@ fn settings(file: &SceneFile, root: &mut Table, warnings: &mut Vec<String>) {
     let mut render = Table::new();
     render.insert("spp".into(), Value::Integer(file.render.spp.into()));
     render.insert("sampler".into(), named(&SamplerKind::NAMES, file.render.sampler));
-    render.insert("robust".into(), Value::Boolean(file.render.robust));
+    render.insert("robust".into(), Value::Boolean(file.render.build.robust));
+    render.insert("build_quality".into(), named(&BuildQuality::NAMES, file.render.build.quality));
     root.insert("render".into(), Value::Table(render));
     if file.guiding != GuidingSettings::default() {
         warnings.push("settings of the guide are not written".into());

@@ -147,7 +147,7 @@ impl Loader {
             SceneFile {
                 integrator: IntegratorSettings::default(),
                 guiding: GuidingSettings::default(),
-                render: RenderSettings { robust: description.render.robust, ..RenderSettings::default() },
+                render: RenderSettings { build: description.render.build, ..RenderSettings::default() },
                 ..description.clone()
             }
         );
@@ -182,9 +182,12 @@ mod tests {
 
     #[test]
     fn methods_share_a_scene_unless_they_change_it() {
-        let plan = plan(&["none", "grid", "sweep:film.filter=tent;render.robust=true,false"], &[]);
+        let plan = plan(
+            &["none", "grid", "sweep:film.filter=tent;render.robust=true,false", "sweep:render.build_quality=low"],
+            &[],
+        );
         let (scene_cache, _) = SceneCache::load(&plan, 1).unwrap();
-        assert_eq!(scene_cache.scenes.len(), 3, "box, tent and robust, tent");
+        assert_eq!(scene_cache.scenes.len(), 4, "box, tent and robust, tent, and built otherwise");
         assert!(std::ptr::eq(scene_cache.plain(0).0, scene_cache.with_method(0, 1).0));
         assert!(!std::ptr::eq(scene_cache.with_method(0, 2).0, scene_cache.with_method(0, 3).0));
     }

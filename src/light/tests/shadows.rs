@@ -1,7 +1,7 @@
 //! Where shadow rays end: before the light that they are sent to, and behind what stands just before that.
 
 use super::draw;
-use crate::embree::{Device, Instance, Scene, SceneBuilder, Triangles};
+use crate::embree::{BuildOptions, Device, Instance, Scene, SceneBuilder, Triangles};
 use crate::geometry::{Mesh, Placement};
 use crate::light::{EmissiveTriangle, Lights, PointLight};
 use crate::math::{Rgb, rng::Rng, warp};
@@ -21,11 +21,11 @@ fn buffers(mesh: &Mesh) -> Triangles<'_> {
 
 fn scene(mesh: Arc<Mesh>, place: Option<Affine3A>) -> Scene {
     let device = Device::new(1).unwrap();
-    let mut builder = SceneBuilder::new(&device, false).unwrap();
+    let mut builder = SceneBuilder::new(&device, BuildOptions::default()).unwrap();
     builder.add_mesh(mesh, buffers, None).unwrap();
     let inner = builder.commit().unwrap();
     let Some(to_world) = place else { return inner };
-    let mut outer = SceneBuilder::new(&device, false).unwrap();
+    let mut outer = SceneBuilder::new(&device, BuildOptions::default()).unwrap();
     outer.add_instance(Instance { scene: Arc::new(inner), to_world }).unwrap();
     outer.commit().unwrap()
 }

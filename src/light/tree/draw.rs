@@ -169,7 +169,11 @@ impl LightTree {
     pub fn choose_lanes(&self, lit: Mask, p: &Vec3Lanes, n: &Vec3Lanes, u: &[f64; LANES]) -> ChoiceLanes {
         let mut chosen = self.choose_patches(lit, p, n, u);
         if !self.shares.is_empty() {
-            let shares = chosen.light.map(|light| self.shares[light as usize]);
+            // `map` would be a call
+            let mut shares = [1.0; LANES];
+            for k in 0..LANES {
+                shares[k] = self.shares[chosen.light[k] as usize];
+            }
             for k in 0..LANES {
                 let (next, pmf, rest) = part(shares[k], chosen.rest[k]);
                 chosen.light[k] += next;

@@ -18,7 +18,8 @@ const GEM: &str = "mtllib gem.mtl\n\
     usemtl red\nf 3 1 6\nf 2 3 6\nf 4//4 2//2 6//6\nf 1 4 6\n";
 const RING: &str = "v -2 -0.5 -2\nv 2 -0.5 -2\nv 2 -0.5 2\nv -2 -0.5 2\nf 1 4 3 2\n";
 const FLOOR: &str = "v -40 -4 -40\nv 40 -4 -40\nv 40 -4 40\nv -40 -4 40\nf 4 3 2 1\n";
-const LIBRARY: &str = "newmtl red\nKd 0.7 0.1 0.1\nnewmtl glow\nKd 0 0 0\nKe 3 4 5\n";
+/// With a picture, without which a scene has no texture coordinates.
+const LIBRARY: &str = "newmtl red\nKd 0.7 0.1 0.1\nnewmtl glow\nmap_Kd black.png\nKe 3 4 5\n";
 
 /// Moved, stretched, turned, mirrored, far away.
 fn places() -> Vec<Affine3A> {
@@ -48,6 +49,7 @@ fn load(folder: &Path, text: &str) -> Scene {
     for (name, text) in [("gem.obj", GEM), ("ring.obj", RING), ("floor.obj", FLOOR), ("gem.mtl", LIBRARY)] {
         std::fs::write(folder.join(name), text).unwrap();
     }
+    image::RgbImage::new(1, 1).save(folder.join("black.png")).unwrap();
     let (description, _) = format::parse(text, &folder.join("scene.toml"), &[]).unwrap();
     let (scene, warnings) = description.load_scene(1).unwrap();
     assert!(warnings.is_empty(), "{warnings:?}");

@@ -2,6 +2,7 @@
 
 use super::FoundCamera;
 use super::header::up_of_text;
+use crate::embree::BuildOptions;
 use crate::geometry::Mesh;
 use crate::math::Rgb;
 use crate::math::rng::Rng;
@@ -88,7 +89,7 @@ impl Builder {
     }
 
     fn load(&self) -> (Scene, Vec<String>) {
-        Scene::load(&self.description(), 1, false).unwrap()
+        Scene::load(&self.description(), 1, BuildOptions::default()).unwrap()
     }
 
     /// The camera of the model alone.
@@ -99,7 +100,7 @@ impl Builder {
     /// The camera of which this much is said.
     fn completed(&self, camera: CameraDescription) -> CameraDescription {
         let description = SceneDescription { camera: Some(camera), ..self.description() };
-        Scene::load(&description, 1, false).unwrap().0.found_camera().unwrap().camera.clone()
+        Scene::load(&description, 1, BuildOptions::default()).unwrap().0.found_camera().unwrap().camera.clone()
     }
 
     /// Where its points are in the picture: the largest coordinate of each axis, 1 being the edge.
@@ -192,7 +193,7 @@ fn a_lamp_that_lights_nothing_one_can_see_gets_a_sky() {
     assert!(warnings.is_empty() && lit.lights().environment_radiance(Vec3::Y) == Rgb::ZERO, "{warnings:?}");
     // nor has the same solid in a scene that somebody has made
     let described = SceneDescription { sky_where_dark: false, ..solid.description() };
-    assert!(Scene::load(&described, 1, false).unwrap().1.is_empty());
+    assert!(Scene::load(&described, 1, BuildOptions::default()).unwrap().1.is_empty());
 }
 
 #[test]
@@ -204,7 +205,7 @@ fn a_camera_of_the_user_s_gets_a_sky_too() {
         ..Default::default()
     };
     let description = SceneDescription { camera: Some(camera), ..room(&[]).description() };
-    let (scene, warnings) = Scene::load(&description, 1, false).unwrap();
+    let (scene, warnings) = Scene::load(&description, 1, BuildOptions::default()).unwrap();
     assert!(scene.found_camera().is_none());
     assert_eq!(warnings.len(), 1, "outside of a closed room it is dark: {warnings:?}");
 }

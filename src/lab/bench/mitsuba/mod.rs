@@ -103,7 +103,7 @@ impl Mitsuba {
         let folder = temporary.as_ref().map_or_else(|| keep.unwrap_or(Path::new(".")), TempDir::path).to_owned();
         let translation = Translation::write(description, plan.spp, &folder)?;
         let (scene, warnings) =
-            Scene::load(&translation.description.scene, plan.threads, translation.description.render.robust)?;
+            Scene::load(&translation.description.scene, plan.threads, translation.description.render.build)?;
         let (mut processes, mut missing) = (Vec::new(), Vec::new());
         for variant in VARIANTS {
             match Process::start(python, variant, &translation.file, plan.threads)? {

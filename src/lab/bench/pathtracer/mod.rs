@@ -64,7 +64,7 @@ pub fn embree(
     turns: usize,
 ) -> Result<EmbreeReport> {
     let stand_in = StandIn::write(scene, description, plan)?;
-    let (own, _) = Scene::load(&stand_in.description.scene, threads, stand_in.description.render.robust)?;
+    let (own, _) = Scene::load(&stand_in.description.scene, threads, stand_in.description.render.build)?;
     let (settings, mut taken) = (settings(&stand_in.description, GuidingMethod::None), Vec::new());
     for _ in 0..turns {
         let theirs = program.map(|program| run(program, &stand_in, plan)).transpose()?;

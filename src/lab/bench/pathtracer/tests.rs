@@ -27,7 +27,7 @@ const PLAN: EmbreePlan = EmbreePlan { spp: 2, frames: 3, depth: 4, albedo: 0.5, 
 fn a_stand_in_has_the_triangles_and_one_light_off_the_lamp() {
     let (description, scene) = room("");
     let stand_in = StandIn::write(&scene, &description, &PLAN).unwrap();
-    let (own, warnings) = Scene::load(&stand_in.description.scene, 1, stand_in.description.render.robust).unwrap();
+    let (own, warnings) = Scene::load(&stand_in.description.scene, 1, stand_in.description.render.build).unwrap();
     assert_eq!((warnings, own.triangles(), own.bounds()), (Vec::new(), 4, scene.bounds()));
     let p = stand_in.light.position;
     assert!(p.x.abs() < 1e-6 && p.z.abs() < 1e-6 && p.y < 1.0 && p.y > 0.97, "{p}");
