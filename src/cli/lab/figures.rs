@@ -68,7 +68,7 @@ pub(crate) struct FiguresArguments {
     /// Seconds of the long render beside them. [default: 600; quick: 1]
     #[arg(long, value_name = "SECONDS")]
     long_time: Option<f64>,
-    /// Samples per pixel of the pictures of the paper; their references have four times as many. [default: 1024; quick: 8]
+    /// Samples per pixel of the pictures of the paper; their references have four times as many. [default: 1024; quick: 2]
     #[arg(long, value_name = "N")]
     paper_spp: Option<u32>,
     /// Runs of each benchmark, in turns. [default: 7; quick: 1]
