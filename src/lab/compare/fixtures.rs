@@ -52,6 +52,7 @@ pub(crate) fn run(plan: &Plan, slot: &Slot) -> Run {
         mean: [0.5, 0.25, 0.125],
         non_finite: 0,
         broken_pixels: 0,
+        negative_pixels: 0,
         rays: 4_000_000,
         shadow_rays: 2_000_000,
         paths: 1_000_000,

@@ -27,9 +27,13 @@ pub(crate) struct Run {
     pub(crate) mean: [f64; 3],
     /// Samples that were not finite and count as black.
     pub(crate) non_finite: u64,
-    /// Pixels of the picture that are not finite or negative.
+    /// Pixels of the picture that are not finite.
     #[serde(default)]
     pub(crate) broken_pixels: u64,
+    /// Pixels of the picture that are negative: where roulette ends a path, the light that is expected of it is added and taken away
+    /// elsewhere, so that noise may go below 0.
+    #[serde(default)]
+    pub(crate) negative_pixels: u64,
     pub(crate) rays: u64,
     pub(crate) shadow_rays: u64,
     pub(crate) paths: u64,

@@ -211,7 +211,7 @@ fn run(run: &Run) -> Value {
 /// Figures of a run that have one number each, in the order of columns.
 type Column = (&'static str, fn(&Run) -> String);
 
-const COLUMNS: [Column; 31] = [
+const COLUMNS: [Column; 32] = [
     ("scene", |r| quoted(&r.scene)),
     ("method", |r| quoted(&r.method)),
     ("budget", |r| quoted(&r.budget)),
@@ -233,6 +233,7 @@ const COLUMNS: [Column; 31] = [
     ("mean_b", |r| number(r.mean[2])),
     ("non_finite", |r| r.non_finite.to_string()),
     ("broken_pixels", |r| r.broken_pixels.to_string()),
+    ("negative_pixels", |r| r.negative_pixels.to_string()),
     ("rays", |r| r.rays.to_string()),
     ("shadow_rays", |r| r.shadow_rays.to_string()),
     ("paths", |r| r.paths.to_string()),

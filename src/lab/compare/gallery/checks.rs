@@ -71,9 +71,7 @@ fn finite(e: &Evidence) -> (Colour, String) {
         }
         (0, 0, 0) => (Colour::Green, "all values".into()),
         (samples, pixels, runs) => {
-            let said = format!(
-                "{samples} samples not finite, {pixels} pixels not finite or negative, {runs} runs without an error figure"
-            );
+            let said = format!("{samples} samples and {pixels} pixels not finite, {runs} runs without an error figure");
             (Colour::Red, said)
         }
     }
